@@ -1,0 +1,163 @@
+"""Mistakes in what people write, and how they are shown: one renderer for every front end."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cached_property
+
+
+@dataclass(frozen=True)
+class Source:
+    """A text and where it came from. Lines and columns count characters, from 1."""
+
+    name: str
+    text: str
+
+    @cached_property
+    def line_starts(self) -> list[int]:
+        return [0] + [i + 1 for i, c in enumerate(self.text) if c == "\n"]
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """Line and column of a character offset."""
+        line = bisect_right(self.line_starts, offset)
+        return line, offset - self.line_starts[line - 1] + 1
+
+    def line(self, number: int) -> str:
+        start = self.line_starts[number - 1]
+        end = self.text.find("\n", start)
+        return self.text[start : end if end >= 0 else len(self.text)].rstrip("\r")
+
+
+@dataclass(frozen=True)
+class Span:
+    """The half-open range of characters [start, end) of a source."""
+
+    source: Source = field(repr=False, compare=False)
+    start: int
+    end: int
+
+    def to(self, other: Span) -> Span:
+        """The span from the start of this one to the end of `other`."""
+        return Span(self.source, self.start, max(self.end, other.end))
+
+    @property
+    def text(self) -> str:
+        return self.source.text[self.start : self.end]
+
+
+@dataclass(frozen=True)
+class Note:
+    """A second place that helps to understand a mistake."""
+
+    message: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One mistake (or warning): what, where, and what to do about it."""
+
+    code: str
+    message: str
+    span: Span
+    hint: str | None = None
+    notes: tuple[Note, ...] = ()
+    severity: str = "error"
+
+    def render(self) -> str:
+        """The diagnostic as shown on a terminal; its first line is a contract (interfaces.md)."""
+        line, column = self.span.source.position(self.span.start)
+        head = f"{self.span.source.name}:{line}:{column}: {self.severity}[{self.code}]"
+        parts = [f"{head}: {self.message}", _excerpt(self.span)]
+        for note in self.notes:
+            line, column = note.span.source.position(note.span.start)
+            parts.append(f"  {note.message} ({note.span.source.name}:{line}:{column})")
+            parts.append(_excerpt(note.span))
+        if self.hint:
+            parts.append(f"  hint: {self.hint}")
+        return "\n".join(part for part in parts if part)
+
+    def as_json(self) -> dict[str, object]:
+        """The diagnostic as plain data for editors; positions count from 1."""
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            "hint": self.hint,
+            **_place(self.span),
+            "notes": [{"message": n.message, **_place(n.span)} for n in self.notes],
+        }
+
+
+class StoryError(Exception):
+    """A story, world or script that is wrong, with every diagnostic that was found.
+
+    Attributes:
+        diagnostics: the mistakes in the order of their places.
+    """
+
+    def __init__(self, diagnostics: list[Diagnostic] | tuple[Diagnostic, ...]):
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(d.render() for d in self.diagnostics))
+
+
+def error(
+    code: str, message: str, span: Span, hint: str | None = None, notes: tuple[Note, ...] = ()
+) -> StoryError:
+    """A StoryError of a single diagnostic, ready to be raised."""
+    return StoryError([Diagnostic(code, message, span, hint, notes)])
+
+
+def whole_file(name: str) -> Span:
+    """A span for mistakes that have no place in a text (a file that is not there)."""
+    return Span(Source(name, ""), 0, 0)
+
+
+def did_you_mean(word: str, known: object) -> str | None:
+    """A hint that names the closest known word, or lists the known ones if they are few."""
+    words = sorted({str(k) for k in known})  # type: ignore[attr-defined]
+    close = get_close_matches(word, words, n=1, cutoff=0.6)
+    if not close:
+        lowered = {w.lower(): w for w in words}
+        close = [lowered[c] for c in get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)]
+    if close:
+        return f"did you mean `{close[0]}`?"
+    if 0 < len(words) <= 12:
+        return "known here: " + ", ".join(words)
+    return None
+
+
+_WIDEST = 160  # characters of a line that are shown around a mistake
+
+
+def _excerpt(span: Span) -> str:
+    """The source line with the span underlined; long lines are cut around the span."""
+    line, column = span.source.position(span.start)
+    text = span.source.line(line).replace("\t", " ")
+    if not text.strip() and not span.text.strip():
+        return ""
+    length = max(1, min(span.end - span.start, len(text) - column + 1))
+    if len(text) > _WIDEST:
+        first = max(0, column - 1 - _WIDEST // 4)
+        cut = text[first : first + _WIDEST]
+        column -= first
+        text = ("…" if first else "") + cut + "…"
+        column += 1 if first else 0
+        length = min(length, _WIDEST)
+    text = "".join(c if c.isprintable() else "�" for c in text)
+    gutter = f"{line:>5} | "
+    return f"{gutter}{text}\n{' ' * (len(gutter) - 2)}| {' ' * (column - 1)}{'^' * length}"
+
+
+def _place(span: Span) -> dict[str, object]:
+    line, column = span.source.position(span.start)
+    end_line, end_column = span.source.position(span.end)
+    return {
+        "file": span.source.name,
+        "line": line,
+        "column": column,
+        "end_line": end_line,
+        "end_column": end_column,
+    }

@@ -1,0 +1,409 @@
+"""The syntax tree of a story: what was written, with its place. Nothing here knows a world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from i2pdsl.errors import Source, Span
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """Anything that was written. Two nodes are equal if they say the same, wherever they stand."""
+
+    span: Span = field(compare=False)
+
+
+# Expressions, in the order of language.md.
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Node):
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Text(Node):
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class Name(Node):
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Time(Node):
+    """`t`, the current frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class Length(Node):
+    """`T`, the number of frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class Script(Node):
+    """`script`, the story being made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair(Node):
+    first: Expr
+    second: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class SetOf(Node):
+    items: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Prefix(Node):
+    """`script[:end]`."""
+
+    script: Expr
+    end: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class FrameOf(Node):
+    """`script[number]`."""
+
+    script: Expr
+    number: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Move(Node):
+    """`who: action`, or `who: action!` where the action shall fail."""
+
+    who: Name
+    action: Name
+    fails: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Fall(Node):
+    """`deus: table at (1, 3)`: an event in an appended turn."""
+
+    event: Name
+    thing: Name
+    place: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Append(Node):
+    """`script ++ [turn]`."""
+
+    script: Expr
+    turn: tuple[Move | Fall, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sum(Node):
+    """`a + b - c`: terms with their signs (+1 or -1)."""
+
+    signs: tuple[int, ...]
+    terms: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product(Node):
+    """`a * b / c`: the operators stand before each factor but the first."""
+
+    operators: tuple[str, ...]
+    factors: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Negative(Node):
+    operand: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Power(Node):
+    base: Expr
+    exponent: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Compare(Node):
+    """A chain of comparisons, `a <= b < c`."""
+
+    operators: tuple[str, ...]
+    operands: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Member(Node):
+    """`x in {a, b}`."""
+
+    item: Expr
+    items: SetOf
+
+
+@dataclass(frozen=True, slots=True)
+class Not(Node):
+    operand: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class And(Node):
+    operands: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Or(Node):
+    operands: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class If(Node):
+    condition: Expr
+    then: Expr
+    otherwise: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction(Node):
+    """`sum_t body`, or `sum_{t in first..last} body`; kind is sum, mean, min or max."""
+
+    kind: str
+    first: Expr | None
+    last: Expr | None
+    body: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Argument(Node):
+    """An argument of a call; `name` where it was written `NAME = value`.
+
+    `comparison` is the other reading of `rho = 0`, for a pattern that has no parameter `rho`.
+    """
+
+    name: Name | None
+    value: Expr
+    comparison: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Node):
+    callee: Name
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LastOf(Node):
+    script: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Probability(Node):
+    """`P(event | given, ...)`; `given` holds the script and the further conditions as written."""
+
+    event: Expr
+    given: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation(Node):
+    quantity: Expr
+    given: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ValueOf(Node):
+    who: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence(Node):
+    """`KL(latent; first || second, condition, ...)`."""
+
+    latent: Expr | None
+    first: Expr
+    given: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Entropy(Node):
+    """`entropy(latent | given, ...)`, or `entropy(given)` of the whole hypothesis."""
+
+    latent: Expr | None
+    given: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Surprise(Node):
+    frame: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Suspense(Node):
+    latent: Expr
+    given: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Holds(Node):
+    """`[predicate @ frame]`."""
+
+    predicate: Expr
+    frame: Expr
+
+
+Expr = (
+    Number
+    | Text
+    | Name
+    | Time
+    | Length
+    | Script
+    | Pair
+    | SetOf
+    | Prefix
+    | FrameOf
+    | Append
+    | Sum
+    | Product
+    | Negative
+    | Power
+    | Compare
+    | Member
+    | Not
+    | And
+    | Or
+    | If
+    | Reduction
+    | Call
+    | LastOf
+    | Probability
+    | Expectation
+    | ValueOf
+    | Divergence
+    | Entropy
+    | Surprise
+    | Suspense
+    | Holds
+)
+
+# Statements.
+
+
+@dataclass(frozen=True, slots=True)
+class World(Node):
+    name: Name | Text
+    settings: tuple[Argument, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LengthIs(Node):
+    frames: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Start(Node):
+    condition: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Allow(Node):
+    events: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Let(Node):
+    name: Name
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Node):
+    name: Name
+    default: Expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern(Node):
+    """A reusable objective; `documentation` is the comment block above it."""
+
+    name: Name
+    parameters: tuple[Parameter, ...]
+    body: Expr
+    documentation: str = ""
+
+    @property
+    def signature(self) -> str:
+        """`arc(who, shape = sin(t / T * 3 * pi), ...)` as it was written."""
+        parts = [p.span.text for p in self.parameters]
+        return f"{self.name.id}({', '.join(parts)})"
+
+
+@dataclass(frozen=True, slots=True)
+class Import(Node):
+    target: Name | Text
+
+
+@dataclass(frozen=True, slots=True)
+class Objective(Node):
+    """`maximize value` (sign +1) or `minimize value` (sign -1)."""
+
+    sign: int
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Weight(Node):
+    """`rationality W` or `plausibility W`; `term` says which."""
+
+    term: str
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Assume(Node):
+    """`assume CONDITION`; the condition is None for `assume nothing`."""
+
+    condition: Expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class Audience(Node):
+    name: Name
+    settings: tuple[Argument, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Search(Node):
+    name: Name
+    settings: tuple[Argument, ...]
+
+
+Statement = (
+    World
+    | LengthIs
+    | Start
+    | Allow
+    | Let
+    | Pattern
+    | Import
+    | Objective
+    | Weight
+    | Assume
+    | Audience
+    | Search
+)
+
+
+@dataclass(frozen=True)
+class Program:
+    """A file: its statements in the order in which they were written."""
+
+    source: Source
+    statements: tuple[Statement, ...]
+
+    def of(self, kind: type[Any]) -> list[Any]:
+        """All statements of one class."""
+        return [s for s in self.statements if isinstance(s, kind)]

@@ -1,0 +1,126 @@
+"""The words of the language in one table: signature, documentation, example.
+
+The checker, the reference page (docs/language.md is checked against it) and the REPL's help all
+read it here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Word:
+    """A form of the language."""
+
+    name: str
+    signature: str
+    documentation: str
+    example: str
+
+
+@dataclass(frozen=True)
+class Function(Word):
+    """A function of numbers, as in mathematics; `arity` is (fewest, most) arguments."""
+
+    arity: tuple[int, int] = (1, 1)
+
+
+def _function(
+    name: str, signature: str, documentation: str, most: int = 1, fewest: int = 1
+) -> Function:
+    example = signature.replace("x", "t/T").replace("a, b", "t, 3")
+    return Function(name, signature, documentation, example, (fewest, most))
+
+
+FUNCTIONS: dict[str, Function] = {
+    f.name: f
+    for f in (
+        _function("sin", "sin(x)", "the sine, of radians"),
+        _function("cos", "cos(x)", "the cosine, of radians"),
+        _function("exp", "exp(x)", "the exponential"),
+        _function("log", "log(x)", "the natural logarithm"),
+        _function("sqrt", "sqrt(x)", "the square root"),
+        _function("abs", "abs(x)", "the absolute value"),
+        _function("min", "min(a, b, ...)", "the smallest", 99, 2),
+        _function("max", "max(a, b, ...)", "the greatest", 99, 2),
+        Function(
+            "points",
+            "points((x, y), (x, y), ...)",
+            "a drawn arc: piecewise linear in t/T",
+            "points((0, 0), (0.3, 1), (1, -1))",
+            (2, 999),
+        ),
+    )
+}
+
+FORMS: tuple[Word, ...] = (
+    Word("script", "script", "the story being made", "script[:t]"),
+    Word("t", "t", "the current frame, 1 to T", "sum_t t/T"),
+    Word("T", "T", "the number of frames of the story", "script[:T]"),
+    Word("last", "last(script)", "the number of a script's last frame", "last(script)"),
+    Word("sum_t", "sum_t e", "the sum of e over the frames 1..T", "sum_t P(rho > 0 | script[:t])"),
+    Word("mean_t", "mean_t e", "the mean over the frames", "mean_t P(rho > 0 | script[:t])"),
+    Word("min_t", "min_t e", "the least over the frames", "min_t P(rho > 0 | script[:t])"),
+    Word("max_t", "max_t e", "the greatest over the frames", "max_t P(rho > 0 | script[:t])"),
+    Word(
+        "P",
+        "P(event | script[:k], condition, ...)",
+        "the audience's posterior probability after the first k frames",
+        "P(rho > 0 | script[:T], G_cheese = pink)",
+    ),
+    Word(
+        "E",
+        "E[quantity | script[:k], condition, ...]",
+        "the posterior expectation of a quantity that depends on the hypothesis",
+        "E[V(robot) | script[:T]]",
+    ),
+    Word(
+        "V",
+        "V(who)",
+        "a character's value function at the state that the script of the expectation ends in",
+        "E[V(cheese) | script[:T]]",
+    ),
+    Word(
+        "KL",
+        "KL(latent; script[:a] || script[:b])",
+        "the divergence of the belief after b frames from the belief after a, in nats",
+        "KL(rho; script[:T-1] || script[:T])",
+    ),
+    Word(
+        "entropy",
+        "entropy(latent | script[:k])",
+        "the uncertainty about a latent, or without one about everything, in nats",
+        "entropy(rho | script[:T])",
+    ),
+    Word(
+        "surprise",
+        "surprise(script[k])",
+        "-log of the probability that viewers gave to the actions of frame k, in nats",
+        "surprise(script[T])",
+    ),
+    Word(
+        "suspense",
+        "suspense(latent | script[:k])",
+        "the variance of the belief after the next frame, as viewers predict it",
+        "suspense(rho | script[:T])",
+    ),
+    Word(
+        "[ @ ]",
+        "[predicate @ script[k]]",
+        "1 where a predicate of the world holds in frame k, else 0",
+        "[moved(robot) @ script[T]]",
+    ),
+    Word(
+        "++",
+        "script ++ [who: action, ...]",
+        "the script with one more turn; `west!` is a move that fails",
+        "(script ++ [cheese: stay, robot: east])[:T+1]",
+    ),
+    Word(
+        "if", "if c then a else b", "one of two, by a condition", "sum_t (if t < 5 then 1 else 0)"
+    ),
+    Word(
+        "in", "x in {a, b}", "whether x is one of several values", "P(rho in {1, 3} | script[:T])"
+    ),
+)

@@ -1,0 +1,322 @@
+"""The checked form of an expression: names resolved, patterns put in, events folded to masks.
+
+A type is a value and its axes: the hypothesis axis, which `P`, `E`, `KL` and `entropy` remove,
+and the time axis, which `sum_t` removes. This one rule is the checker's and the compiler's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+Mask = tuple[bool, ...]
+"""One truth value for each hypothesis: an event or a condition."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """The axes along which an expression varies."""
+
+    hypothesis: bool = False
+    time: bool = False
+
+    def __or__(self, other: Axes) -> Axes:
+        return Axes(self.hypothesis or other.hypothesis, self.time or other.time)
+
+
+NO_AXES = Axes()
+HYPOTHESIS = Axes(hypothesis=True)
+TIME = Axes(time=True)
+
+
+@dataclass(frozen=True)
+class Constant:
+    value: float
+    axes = NO_AXES
+
+
+@dataclass(frozen=True)
+class TimeIndex:
+    """`t`."""
+
+    axes = TIME
+
+
+@dataclass(frozen=True)
+class LatentValue:
+    """A latent inside an event or a quantity; None where it plays no part."""
+
+    latent: str
+    axes = HYPOTHESIS
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A latent's value that is no number: pink, none."""
+
+    value: str
+    axes = NO_AXES
+
+
+@dataclass(frozen=True)
+class Apply:
+    """An operation on numbers and truth values: add, multiply, less, and, choose, sin, ..."""
+
+    operation: str
+    arguments: tuple[Typed, ...]
+
+    @property
+    def axes(self) -> Axes:
+        axes = NO_AXES
+        for argument in self.arguments:
+            axes = axes | argument.axes
+        return axes
+
+
+@dataclass(frozen=True)
+class Points:
+    """A drawn arc: piecewise linear in `at`, constant beyond its ends."""
+
+    xs: tuple[float, ...]
+    ys: tuple[float, ...]
+    at: Typed
+
+    @property
+    def axes(self) -> Axes:
+        return self.at.axes
+
+
+@dataclass(frozen=True)
+class TimeTable:
+    """A number that depends on t alone: `values[t - first]`."""
+
+    first: int
+    values: tuple[float, ...]
+    axes = TIME
+
+
+@dataclass(frozen=True)
+class Act:
+    """What a character does in an appended turn: the action's number, and whether it fails."""
+
+    action: int
+    fails: bool
+
+
+@dataclass(frozen=True)
+class Drop:
+    """An event in an appended turn: the object falls onto the cell (column, row)."""
+
+    event: str
+    thing: str
+    cell: tuple[int, int]
+
+
+Turn = tuple[Act, ...] | Drop
+"""One act for each character in the order of acting, or an event."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A frame of a script: `turns` are appended to the story's script.
+
+    `frames` lists the frame's number for each t from `first` on; with a single entry and
+    `first` None it does not depend on t.
+    """
+
+    turns: tuple[Turn, ...]
+    frames: tuple[int, ...]
+    first: int | None
+
+    @property
+    def axes(self) -> Axes:
+        return NO_AXES if self.first is None else TIME
+
+    @property
+    def offset(self) -> int | None:
+        """c where the frame is t + c for all t, else None."""
+        if self.first is None:
+            return None
+        c = self.frames[0] - self.first
+        same = all(f == self.first + i + c for i, f in enumerate(self.frames))
+        return c if same else None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a belief is conditioned on: the first frames of a script, and a mask."""
+
+    moment: Moment
+    mask: Mask
+
+    @property
+    def axes(self) -> Axes:
+        return self.moment.axes
+
+
+@dataclass(frozen=True)
+class Probability:
+    """P(event | given)."""
+
+    event: Mask
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.given.axes
+
+
+@dataclass(frozen=True)
+class ValueAt:
+    """V(who) at the state that the script of the enclosing expectation ends in."""
+
+    who: int
+    axes = HYPOTHESIS
+
+
+@dataclass(frozen=True)
+class PerHypothesis:
+    """A constant number for each hypothesis."""
+
+    values: tuple[float, ...]
+    axes = HYPOTHESIS
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """E[quantity | given]; `given.mask` already excludes where the quantity means nothing."""
+
+    quantity: Typed
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return Axes(False, self.quantity.axes.time or self.given.axes.time)
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Which value of a latent each hypothesis has: an index, or the last one for `unknown`."""
+
+    labels: tuple[str, ...]
+    index: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """KL(first || second), of the whole belief or of one latent's marginal."""
+
+    partition: Partition | None
+    first: Given
+    second: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.first.axes | self.second.axes
+
+
+@dataclass(frozen=True)
+class Entropy:
+    partition: Partition | None
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.given.axes
+
+
+@dataclass(frozen=True)
+class Surprise:
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.given.axes
+
+
+@dataclass(frozen=True)
+class Suspense:
+    partition: Partition
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.given.axes
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """A bare latent: the probabilities of all its values. For queries only."""
+
+    partition: Partition
+    given: Given
+
+    @property
+    def axes(self) -> Axes:
+        return self.given.axes
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A predicate or quantity of a frame, or of the initial state where `moment` is None.
+
+    Arguments are indices of entities, or (column, row) cells.
+    """
+
+    predicate: str
+    arguments: tuple[int | tuple[tuple[int, int], ...], ...]
+    moment: Moment | None
+
+    @property
+    def axes(self) -> Axes:
+        return self.moment.axes if self.moment else NO_AXES
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """sum, mean, min or max of `body` over t = first..last."""
+
+    kind: str
+    first: int
+    last: int
+    body: Typed
+    axes = NO_AXES
+
+
+Typed = (
+    Constant
+    | TimeIndex
+    | TimeTable
+    | LatentValue
+    | Symbol
+    | Apply
+    | Points
+    | Probability
+    | ValueAt
+    | PerHypothesis
+    | Expectation
+    | Divergence
+    | Entropy
+    | Surprise
+    | Suspense
+    | Distribution
+    | Feature
+    | Reduction
+)
+
+
+def children(node: object) -> Iterator[object]:
+    """The typed nodes, givens and moments directly below a node."""
+    for f in fields(node):  # type: ignore[arg-type]
+        value = getattr(node, f.name)
+        if isinstance(value, tuple):
+            yield from (v for v in value if hasattr(v, "axes"))
+        elif hasattr(value, "axes"):
+            yield value
+
+
+def walk(node: object) -> Iterator[object]:
+    """A node and everything below it."""
+    yield node
+    for child in children(node):
+        yield from walk(child)

@@ -1,0 +1,92 @@
+"""What a world tells the language: its names, without arrays, planning or JAX."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+Value = float | str | bool
+
+
+@dataclass(frozen=True)
+class Latent:
+    """Something hidden that viewers infer. `kind` is number, symbol or truth."""
+
+    name: str
+    kind: str
+    values: tuple[Value, ...]
+    documentation: str = ""
+
+    @property
+    def domain(self) -> str:
+        """The values in words, for messages."""
+        return ", ".join(show_value(v) for v in self.values)
+
+
+@dataclass(frozen=True)
+class Predicate:
+    """Something that can be asked of a frame: `[name(arguments) @ script[k]]`.
+
+    Each parameter is `character`, `thing` (an object or a character) or `place` (a tile or a
+    cell). `needs_action` tells predicates of frames from predicates of states; `is_number` tells
+    quantities (progress, effort) from predicates.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    documentation: str
+    needs_action: bool = False
+    is_number: bool = False
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A number or word of the world that a story may replace. `choices` for words."""
+
+    name: str
+    default: float | str
+    documentation: str
+    choices: tuple[str, ...] = ()
+    valid_range: str = ""
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """Everything the checker needs to know of a world.
+
+    Attributes:
+        hypotheses: one dict for each hypothesis; a latent that plays no part is missing.
+        rational: for each character the latent that says whether he is rational.
+        can_fail: the characters whose moves can fail.
+        events: event -> the objects that it can bring.
+        places: tile -> its cells (column, row); `columns` x `rows` is the map's size.
+        has_rationality, has_plausibility: whether the world has the automatic terms.
+        enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
+    """
+
+    world: str
+    latents: dict[str, Latent]
+    hypotheses: tuple[dict[str, Value], ...]
+    characters: tuple[str, ...]
+    rational: dict[str, str]
+    actions: tuple[str, ...]
+    can_fail: frozenset[str]
+    things: tuple[str, ...]
+    may_be_absent: frozenset[str]
+    places: dict[str, tuple[tuple[int, int], ...]]
+    columns: int
+    rows: int
+    events: dict[str, tuple[str, ...]]
+    predicates: dict[str, Predicate]
+    settings: dict[str, Setting] = field(default_factory=dict)
+    free: frozenset[tuple[int, int]] = frozenset()
+    has_rationality: bool = True
+    has_plausibility: bool = True
+    enumerable: bool = True
+    documentation: str = ""
+
+
+def show_value(value: Value) -> str:
+    """A latent's value as it is written in a story."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:g}" if isinstance(value, float) else str(value)

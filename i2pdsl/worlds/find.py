@@ -1,0 +1,52 @@
+"""Worlds by name: a .world file beside the story, else one of the built-in ones. No JAX."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.resources import data_folder
+from i2pdsl.worlds.grid.parse import load_world
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+
+
+def world_path(name: str, folder: Path | None) -> Path | None:
+    """The .world file that a name or a path means, or None."""
+    here = folder or Path()
+    if name.endswith(".world"):
+        candidates = [here / name]
+    else:
+        candidates = [here / f"{name}.world", data_folder("stories") / "worlds" / f"{name}.world"]
+    return next((p for p in candidates if p.is_file()), None)
+
+
+def builtin_worlds() -> list[str]:
+    """The names of the worlds that come with i2pdsl."""
+    return sorted(p.stem for p in (data_folder("stories") / "worlds").glob("*.world"))
+
+
+def find_spec(name: str, folder: Path | None = None) -> GridSpec | None:
+    """The description of a world, or None if there is none of this name.
+
+    Raises StoryError if the file has mistakes.
+    """
+    path = world_path(name, folder)
+    if path is None:
+        return None
+    return _load(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=32)
+def _load(path: Path, _modified: int) -> GridSpec:
+    return load_world(path)
+
+
+def find_vocabulary(name: str, folder: Path | None = None) -> Vocabulary | None:
+    """A world's vocabulary. `NAME?hypotheses=literal` asks for another reading of them."""
+    name, _, reading = name.partition("?hypotheses=")
+    spec = find_spec(name, folder)
+    if spec is None:
+        return None
+    return grid_vocabulary(spec.with_settings({"hypotheses": reading}) if reading else spec)

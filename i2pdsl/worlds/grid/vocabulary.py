@@ -1,0 +1,77 @@
+"""The words of a grid world."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
+from i2pdsl.worlds.grid.spec import ACTIONS, GridSpec
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, grid_hypotheses, rationality_of
+
+PREDICATES = (
+    Predicate("at", ("thing", "place"), "it stands on the tile or cell"),
+    Predicate("absent", ("object",), "the object is not in the world"),
+    Predicate("adjacent", ("thing", "thing"), "the two stand on neighbouring cells"),
+    Predicate("pushes", ("character", "thing"), "the action of the first moved the second", True),
+    Predicate("moved", ("character",), "the character's own action changed its cell", True),
+    Predicate(
+        "tried", ("character",), "the character chose to move, whether it could or not", True
+    ),
+    Predicate("fell", ("object",), "an event brought the object in this frame", True),
+)
+_DOCUMENTATION = {
+    "goal": "reward for acting on one's own goal tile",
+    "move": "reward of a move",
+    "stay": "reward of staying",
+    "gamma": "discount factor",
+    "beta": "inverse temperature: how sharply the characters prefer their best actions",
+    "level0": "how the character who is modelled believes that the other acts",
+    "forgetting": "share of the belief that is reassigned after each action",
+    "hypotheses": "merged: each distinct hypothesis once; literal: the paper's tuple, 72 in the kitchen",
+}
+
+
+def grid_vocabulary(spec: GridSpec) -> Vocabulary:
+    """The vocabulary of a grid world, from its .world file alone."""
+    characters = tuple(c.name for c in spec.characters)
+    latents: dict[str, Latent] = {}
+    social = spec.social
+    if social:
+        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
+        # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
+        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
+        latents[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
+    for c in spec.characters:
+        latents[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
+    for name in characters:
+        about = f"whether {name} acts rationally, or at random"
+        latents[rationality_of(name)] = Latent(rationality_of(name), "truth", (True, False), about)
+    columns = len(spec.rows[0]) if spec.rows else 0
+    return Vocabulary(
+        world=spec.name,
+        latents=latents,
+        hypotheses=grid_hypotheses(spec),
+        characters=characters,
+        rational={name: rationality_of(name) for name in characters},
+        actions=ACTIONS,
+        can_fail=frozenset(c.name for c in spec.characters if c.is_weak),
+        things=tuple(t.name for t in spec.things),
+        may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent),
+        places={t.name: t.cells for t in spec.tiles},
+        columns=columns,
+        rows=len(spec.rows),
+        events=dict(spec.events),
+        predicates={p.name: p for p in PREDICATES},
+        settings={
+            f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
+        },
+        free=frozenset(spec.free_cells),
+        has_plausibility=any(c.is_weak for c in spec.characters),
+        documentation=spec.documentation,
+    )
+
+
+def _setting(name: str, default: float | str) -> Setting:
+    range_ = SETTING_RANGES[name][1] if name in SETTING_RANGES else ""
+    return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS.get(name, ()), range_)

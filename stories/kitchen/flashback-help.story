@@ -1,0 +1,10 @@
+# The robot pushes the cheese east. What came before shows that it was help.
+world kitchen
+length 3
+
+let shown = script ++ [cheese: stay, robot: east]
+
+maximize depict(rho > 0, over = shown)
+maximize [pushes(robot, cheese) @ shown[T+1]]
+
+search beam(starts = 500, width = 100)
