@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -115,18 +116,33 @@ def whole_file(name: str) -> Span:
     return Span(Source(name, ""), 0, 0)
 
 
-def did_you_mean(word: str, known: object) -> str | None:
+def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """A hint that names the closest known word, or lists the known ones if they are few."""
-    words = sorted({str(k) for k in known})  # type: ignore[attr-defined]
-    close = get_close_matches(word, words, n=1, cutoff=0.6)
-    if not close:
-        lowered = {w.lower(): w for w in words}
-        close = [lowered[c] for c in get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)]
+    words = sorted(set(known))
+    close = closest(word, words)
     if close:
-        return f"did you mean `{close[0]}`?"
+        return f"did you mean `{close}`?"
     if 0 < len(words) <= 12:
         return "known here: " + ", ".join(words)
     return None
+
+
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that `word` is most likely a misspelling of."""
+    words = sorted(set(known))
+    lowered = {w.lower(): w for w in words}
+    if word.lower() in lowered:
+        return lowered[word.lower()]
+    close = get_close_matches(word, words, n=1, cutoff=0.6)
+    if not close:
+        close = [lowered[c] for c in get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)]
+    return close[0] if close else None
+
+
+def shorten(text: str) -> str:
+    """A piece of a story on one line, cut where it is long, for use in a message."""
+    line = " ".join(text.split())
+    return line if len(line) <= 40 else line[:39] + "…"
 
 
 _WIDEST = 160  # characters of a line that are shown around a mistake

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from i2pdsl.errors import Source, Span
@@ -337,7 +338,7 @@ class Pattern(Node):
     @property
     def signature(self) -> str:
         """`arc(who, shape = sin(t / T * 3 * pi), ...)` as it was written."""
-        parts = [p.span.text for p in self.parameters]
+        parts = [" ".join(p.span.text.split()) for p in self.parameters]
         return f"{self.name.id}({', '.join(parts)})"
 
 
@@ -403,7 +404,33 @@ class Program:
 
     source: Source
     statements: tuple[Statement, ...]
+    unread: tuple[Span, ...] = ()  # statements that could not be read
 
     def of(self, kind: type[Any]) -> list[Any]:
         """All statements of one class."""
         return [s for s in self.statements if isinstance(s, kind)]
+
+
+def children(node: Node) -> Iterator[Node]:
+    """The expressions directly below a node; the names of callees and parameters are none."""
+    match node:
+        case Call(arguments=arguments):
+            yield from (a.value for a in arguments)
+        case Append(script=script, turn=turn):
+            yield script
+            yield from (part.place for part in turn if isinstance(part, Fall))
+        case _:
+            for f in fields(node):
+                value = getattr(node, f.name)
+                for part in value if isinstance(value, tuple) else (value,):
+                    if isinstance(part, Node):
+                        yield part
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """A node and everything below it, without recursion."""
+    stack = [node]
+    while stack:
+        part = stack.pop()
+        yield part
+        stack.extend(children(part))

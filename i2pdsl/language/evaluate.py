@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from bisect import bisect_left
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -90,33 +91,161 @@ def evaluate(node: Any, t: int | None = None, row: Mapping[str, Value] | None = 
 
 def interpolate(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
     """Piecewise linear through (xs, ys), constant beyond the ends."""
-    if x <= xs[0]:
+    right = bisect_left(xs, x)
+    if right == 0:
         return ys[0]
-    for left in range(len(xs) - 1):
-        if x <= xs[left + 1]:
-            share = (x - xs[left]) / (xs[left + 1] - xs[left])
-            return ys[left] + share * (ys[left + 1] - ys[left])
-    return ys[-1]
+    if right == len(xs):
+        return ys[-1]
+    share = (x - xs[right - 1]) / (xs[right] - xs[right - 1])
+    return ys[right - 1] + share * (ys[right] - ys[right - 1])
 
 
-def fold_time(node: Any, times: range) -> Any:
+def series(node: Any, ts: Sequence[int]) -> list[Any]:
+    """The values at each of `ts` of a pure expression without latents.
+
+    What an `if`, `and` or `or` does not reach at some t is not evaluated there.
+    """
+    match node:
+        case ty.Constant(value=value) | ty.Symbol(value=value):
+            return [value] * len(ts)
+        case ty.TimeIndex():
+            return list(ts)
+        case ty.TimeTable(first=first, values=values):
+            return [values[t - first] for t in ts]
+        case ty.Points():
+            return [interpolate(x, node.xs, node.ys) for x in series(node.at, ts)]
+        case ty.Apply(operation="choose", arguments=(condition, then, otherwise)):
+            taken = series(condition, ts)
+            yes = iter(series(then, _where(ts, taken, True)))
+            no = iter(series(otherwise, _where(ts, taken, False)))
+            return [next(yes) if x else next(no) for x in taken]
+        case ty.Apply(operation="and" | "or"):
+            undecided = node.operation == "and"
+            values = [bool(x) for x in series(node.arguments[0], ts)]
+            for argument in node.arguments[1:]:
+                more = iter(series(argument, _where(ts, values, undecided)))
+                values = [bool(next(more)) if x == undecided else x for x in values]
+            return values
+        case ty.Apply(operation="not"):
+            return [not x for x in series(node.arguments[0], ts)]
+        case ty.Apply():
+            operation = _COMPARE.get(node.operation) or OPERATIONS[node.operation]
+            return list(map(operation, *(series(a, ts) for a in node.arguments)))
+    raise TypeError(f"{type(node).__name__} does not depend on t alone")
+
+
+def _where(ts: Sequence[int], truths: Sequence[object], wanted: bool) -> list[int]:
+    return [t for t, truth in zip(ts, truths, strict=True) if bool(truth) == wanted]
+
+
+def may_be(node: Any, ts: Sequence[int], wanted: bool) -> list[int]:
+    """Those of `ts` at which a condition may be `wanted`; what beliefs decide may be either."""
+    if is_pure(node) and not node.axes.hypothesis:
+        return _where(ts, series(node, ts), wanted)
+    match node:
+        case ty.Apply(operation="not"):
+            return may_be(node.arguments[0], ts, not wanted)
+        case ty.Apply(operation="and" | "or"):
+            if (node.operation == "and") == wanted:  # every part must be as wanted
+                for argument in node.arguments:
+                    ts = may_be(argument, ts, wanted)
+                return list(ts)
+            one = {t for argument in node.arguments for t in may_be(argument, ts, wanted)}
+            return [t for t in ts if t in one]
+    return list(ts)
+
+
+def affine(node: Any) -> tuple[float, float] | None:
+    """(a, b) where an expression is a t + b for every t, else None."""
+    match node:
+        case ty.Constant(value=value):
+            return 0.0, value
+        case ty.TimeIndex():
+            return 1.0, 0.0
+        case ty.Apply(operation="add" | "negate" | "multiply" | "divide"):
+            lines = [affine(a) for a in node.arguments]
+            return None if None in lines else _combine(node.operation, lines)
+    return None
+
+
+def _combine(operation: str, lines: list[Any]) -> tuple[float, float] | None:
+    (a, b), (c, d) = lines[0], lines[-1]
+    if operation == "add":
+        return sum(slope for slope, _ in lines), sum(height for _, height in lines)
+    if operation == "negate":
+        return -a, -b
+    if operation == "multiply" and 0 in (a, c):
+        return a * d + c * b, b * d
+    if operation == "divide" and c == 0 and d != 0:
+        return a / d, b / d
+    return None
+
+
+class NotFiniteError(ArithmeticError):
+    """A part of an expression, `node`, has no finite value at frame `t`."""
+
+    def __init__(self, node: Any, t: int):
+        super().__init__()
+        self.node = node
+        self.t = t
+
+
+def table(node: Any, ts: Sequence[int]) -> list[float]:
+    """The values of an expression of t, as numbers. Raises NotFiniteError."""
+    try:
+        values = [float(v) for v in series(node, ts)]
+    except (ArithmeticError, ValueError):
+        values = [math.nan]
+    if not all(map(math.isfinite, values)):
+        t = next(t for t in ts if not _is_finite(node, t))
+        raise NotFiniteError(_culprit(node, t), t)
+    return values
+
+
+def _is_finite(node: Any, t: int) -> bool:
+    try:
+        return math.isfinite(float(evaluate(node, t)))
+    except (ArithmeticError, ValueError):
+        return False
+
+
+def _culprit(node: Any, t: int) -> Any:
+    """The innermost part of an expression that has no finite value at t."""
+    parts: tuple[Any, ...] = node.arguments if isinstance(node, ty.Apply) else ()
+    if isinstance(node, ty.Apply) and node.operation == "choose" and _is_finite(parts[0], t):
+        parts = (parts[1] if evaluate(parts[0], t) else parts[2],)
+    return next((_culprit(p, t) for p in parts if not _is_finite(p, t)), node)
+
+
+def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> Any:
     """Replaces what depends on t alone by tables, so that such stories share one program.
 
-    Raises ArithmeticError or ValueError where a value is not a finite number.
+    `reached` are the t at which the expression counts; elsewhere the tables hold 0.
+    Raises NotFiniteError where a value is not a finite number.
     """
     if not hasattr(node, "axes") or isinstance(node, ty.Reduction | ty.Given | ty.Moment):
         return node
+    ts = times if reached is None else reached
     if is_pure(node) and node.axes == ty.TIME:
-        values = tuple(float(evaluate(node, t)) for t in times)
-        if not all(math.isfinite(v) for v in values):
-            raise ArithmeticError("not a finite number")
-        return ty.TimeTable(times.start, values)
+        values = table(node, ts)
+        if reached is not None:
+            known = dict(zip(ts, values, strict=True))
+            values = [known.get(t, 0.0) for t in times]
+        return ty.TimeTable(times.start, tuple(values))
+    if isinstance(node, ty.Apply) and node.operation == "choose":
+        condition, then, otherwise = node.arguments
+        folded = (
+            fold_time(condition, times, reached),
+            fold_time(then, times, may_be(condition, ts, True)),
+            fold_time(otherwise, times, may_be(condition, ts, False)),
+        )
+        return replace(node, arguments=folded)
     if isinstance(node, ty.Apply):
-        return replace(node, arguments=tuple(fold_time(a, times) for a in node.arguments))
+        return replace(node, arguments=tuple(fold_time(a, times, reached) for a in node.arguments))
     if isinstance(node, ty.Expectation):
-        return replace(node, quantity=fold_time(node.quantity, times))
+        return replace(node, quantity=fold_time(node.quantity, times, reached))
     if isinstance(node, ty.Points):
-        return replace(node, at=fold_time(node.at, times))
+        return replace(node, at=fold_time(node.at, times, reached))
     return node
 
 

@@ -11,7 +11,7 @@ from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedInput
 from lark.utils import TextSlice
 
-from i2pdsl.errors import Diagnostic, Source, Span, StoryError
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.statements import (
@@ -22,7 +22,6 @@ from i2pdsl.language.statements import (
     split_statements,
     too_deep,
 )
-from i2pdsl.errors import did_you_mean
 from i2pdsl.resources import data_folder
 
 STATEMENT_WORDS = (
@@ -42,8 +41,8 @@ STATEMENT_WORDS = (
     "search",
 )
 RESERVED = frozenset(
-    (*STATEMENT_WORDS, *"script t T P E V KL entropy surprise suspense last".split())
-) | frozenset("if then else and or not in".split())
+    (*STATEMENT_WORDS, *["script", "t", "T", "P", "E", "V", "KL", "entropy", "surprise", "suspense", "last"])
+) | frozenset(["if", "then", "else", "and", "or", "not", "in"])
 
 
 @cache

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +11,8 @@ from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, did_you_me
 from i2pdsl.language import ast
 from i2pdsl.language.parse import RESERVED, parse_file
 from i2pdsl.resources import data_folder
+
+LIBRARY_STATEMENTS = (ast.Let, ast.Pattern, ast.Import)
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,17 @@ class Module:
         return found
 
     def known(self) -> set[str]:
+        """All names that mean something here."""
         return set(self.names) | set(standard_library().names)
+
+    def known_patterns(self) -> set[str]:
+        """The names that can be called."""
+        return {
+            name
+            for names in (standard_library().names, self.names)
+            for name, definition in names.items()
+            if isinstance(definition.item, ast.Pattern)
+        }
 
 
 @dataclass(frozen=True)
@@ -53,19 +65,33 @@ class Env:
 
     Attributes:
         times: the values of t, or None where t means nothing.
-        in_sum: inside a reduction over t.
+        reached: those of them that reach this branch of an `if`; None for all.
+        sum_span: the sum over t around the expression.
+        after_sum: in a term that follows a sum: `sum_t a + b`.
         inside: 'event', 'quantity', 'condition', 'frame', 'start' or '' elsewhere.
-        guarded: in the branch of an `if` that depends on t, where indices may leave the script.
         uses: the calls that led here, outermost first.
     """
 
     module: Module
     names: Mapping[str, Bound] = field(default_factory=dict)
     times: range | None = None
-    in_sum: bool = False
+    reached: Sequence[int] | None = None
+    sum_span: Span | None = None
+    after_sum: bool = False
     inside: str = ""
-    guarded: bool = False
     uses: tuple[tuple[str, Span], ...] = ()
+
+    @property
+    def ts(self) -> Sequence[int]:
+        """The values of t at which the expression counts."""
+        if self.reached is not None:
+            return self.reached
+        return self.times if self.times is not None else ()
+
+    @property
+    def is_dead(self) -> bool:
+        """In a branch of an `if` that nothing reaches."""
+        return self.reached is not None and not self.reached
 
     def notes(self) -> tuple[Note, ...]:
         """Where the pattern was used, for a mistake inside it."""
@@ -78,7 +104,7 @@ def standard_library() -> Module:
     folder = data_folder("stories") / "patterns"
     module = Module(Source(str(folder), ""))
     for path in sorted(folder.glob("*.story")):
-        define(module, parse_file(path), reporter=_raise)
+        define(module, parse_file(path), report=_raise)
     return module
 
 
@@ -90,34 +116,81 @@ def build_module(
     program: ast.Program, report: Callable[[Diagnostic], None], folder: Path | None
 ) -> Module:
     """The names of a program, its imports included."""
-    return _build(program, report, folder, ())
-
-
-def _build(
-    program: ast.Program,
-    report: Callable[[Diagnostic], None],
-    folder: Path | None,
-    importing: tuple[Path, ...],
-) -> Module:
     module = Module(program.source)
-    for statement in program.of(ast.Import):
-        try:
-            for path in find_library(statement.target, folder):
-                if path.resolve() in importing:
-                    raise error("import", "the imports go in a circle", statement.target.span)
-                library = _build(
-                    parse_file(path), report, path.parent, (*importing, path.resolve())
-                )
-                for name, definition in library.names.items():
-                    module.names.setdefault(name, definition)
-        except StoryError as problem:
-            for diagnostic in problem.diagnostics:
-                report(diagnostic)
+    _Importer(report).add_imports(module, program, folder)
     define(module, program, report)
     return module
 
 
-def define(module: Module, program: ast.Program, reporter: Callable[[Diagnostic], None]) -> None:
+class _Importer:
+    """Reads libraries, each once. A folder is one library: its files know each other's names.
+
+    `trail` holds the files that are being read and the imports that led to them.
+    """
+
+    def __init__(self, report: Callable[[Diagnostic], None]):
+        self.report = report
+        self.loaded: dict[Path, Module] = {}
+        self.trail: list[tuple[Path, Span]] = []
+
+    def tell(self, problem: Diagnostic) -> None:
+        """Reports a mistake in a library together with the imports that led there."""
+        notes = tuple(Note("imported here", span) for _, span in reversed(self.trail))
+        self.report(replace(problem, notes=(*problem.notes, *notes)))
+
+    def add_imports(self, module: Module, program: ast.Program, folder: Path | None) -> None:
+        for statement in program.of(ast.Import):
+            try:
+                names = self.library(statement, folder)
+            except StoryError as problem:
+                for diagnostic in problem.diagnostics:
+                    self.tell(diagnostic)
+                continue
+            for name, definition in names.items():
+                module.names.setdefault(name, definition)
+
+    def library(self, statement: ast.Import, folder: Path | None) -> dict[str, Definition]:
+        here = statement.target.span
+        paths = [p.resolve() for p in find_library(statement.target, folder)]
+        if any(path in paths for path, _ in self.trail):
+            raise error("import", "the imports go in a circle", here, "remove this import")
+        depth = len(self.trail)
+        self.trail += [(path, here) for path in paths[:1]]
+        try:
+            modules = [self.file(path, here) for path in paths]
+        finally:
+            del self.trail[depth:]
+        names: dict[str, Definition] = {}
+        for module in (m for m in modules if m is not None):
+            names = {**module.names, **names}
+        for module in (m for m in modules if m is not None):
+            module.names.update({**names, **module.names})
+        return names
+
+    def file(self, path: Path, here: Span) -> Module | None:
+        """A library's names, or None where it cannot be read."""
+        self.trail[-1] = (path, here)
+        if path in self.loaded:
+            return self.loaded[path]
+        try:
+            program = parse_file(path)
+        except StoryError as problem:
+            for diagnostic in problem.diagnostics:
+                self.tell(diagnostic)
+            return None
+        for statement in program.statements:
+            if not isinstance(statement, LIBRARY_STATEMENTS):
+                word = statement.span.text.split(None, 1)[0]
+                message = f"a library has no `{word}`"
+                hint = "a library holds only `let`, `pattern` and `import`"
+                self.tell(Diagnostic("import", message, statement.span, hint))
+        module = self.loaded[path] = Module(program.source)
+        self.add_imports(module, program, path.parent)
+        define(module, program, self.tell)
+        return module
+
+
+def define(module: Module, program: ast.Program, report: Callable[[Diagnostic], None]) -> None:
     """Adds a program's own lets and patterns to a module."""
     own: dict[str, Span] = {}
     for item in program.statements:
@@ -126,16 +199,16 @@ def define(module: Module, program: ast.Program, reporter: Callable[[Diagnostic]
         name = item.name
         if name.id in RESERVED or name.id == "pi":
             message = f"`{name.id}` is a word of the language and cannot be a name"
-            reporter(Diagnostic("reserved", message, name.span, "choose another name"))
+            report(Diagnostic("reserved", message, name.span, "choose another name"))
             continue
         if name.id in own:
             note = Note("the first one", own[name.id])
             message = f"`{name.id}` is defined twice"
-            reporter(Diagnostic("duplicate", message, name.span, None, (note,)))
+            report(Diagnostic("duplicate", message, name.span, None, (note,)))
             continue
         own[name.id] = name.span
         if isinstance(item, ast.Pattern):
-            _check_parameters(item, reporter)
+            _check_parameters(item, report)
         module.names[name.id] = Definition(item, module)
 
 
@@ -160,28 +233,30 @@ def _check_parameters(pattern: ast.Pattern, report: Callable[[Diagnostic], None]
 def find_library(target: ast.Name | ast.Text, folder: Path | None) -> list[Path]:
     """The files of `import NAME` or `import "path"`: beside the importing file, else standard."""
     here = folder or Path()
+    patterns = data_folder("stories") / "patterns"
     if isinstance(target, ast.Text):
-        candidates = [here / target.value]
         shown = target.value
+        candidates = [here / shown]
     else:
         shown = target.id
-        places = (here, data_folder("stories") / "patterns")
-        candidates = [
-            place / name
-            for place in places
-            for name in (f"{shown}.story", shown, f"{shown}.i2plib")
-        ]
+        names = (f"{shown}.story", shown, f"{shown}.i2plib")
+        candidates = [place / name for place in (here, patterns) for name in names]
     for path in candidates:
+        files = _library_files(path)
+        if any(p.suffix == ".i2plib" for p in files):
+            message = "compiled libraries cannot be read by this version"
+            raise error("import", message, target.span, "import the folder of its stories")
+        if files:
+            return files
+    stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
+    raise error("import", f"there is no library `{shown}`", target.span, did_you_mean(shown, stems))
+
+
+def _library_files(path: Path) -> list[Path]:
+    """The file itself, or the stories in a folder; nothing where there is neither."""
+    try:
         if path.is_dir():
-            files = sorted(path.glob("*.story"))
-            if files:
-                return files
-        elif path.is_file():
-            if path.suffix == ".i2plib":
-                message = "compiled libraries cannot be read by this version"
-                raise error("import", message, target.span, "import the folder of its stories")
-            return [path]
-    beside = {p.stem for p in here.glob("*.story")} if here.is_dir() else set()
-    standard = {p.stem for p in (data_folder("stories") / "patterns").glob("*.story")}
-    hint = did_you_mean(shown, beside | standard)
-    raise error("import", f"there is no library `{shown}`", target.span, hint)
+            return sorted(path.glob("*.story"))
+        return [path] if path.is_file() else []
+    except (OSError, ValueError):  # a name that no file can have
+        return []

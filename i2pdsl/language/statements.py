@@ -6,7 +6,9 @@ none in the others.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +18,18 @@ LONGEST_FILE = 500_000  # characters; a story is read by people
 DEEPEST = 200  # nesting (language.md)
 
 _CLOSERS = {")": "(", "]": "[", "}": "{"}
+_FRAMES = 40 * DEEPEST  # of Python's stack: what the deepest story that is allowed may need
+
+
+@contextmanager
+def room_for_nesting() -> Iterator[None]:
+    """Lets Python recurse as deeply as a story may be nested."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _FRAMES))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
 
 
 @dataclass(frozen=True)

@@ -120,12 +120,12 @@ Turn = tuple[Act, ...] | Drop
 class Moment:
     """A frame of a script: `turns` are appended to the story's script.
 
-    `frames` lists the frame's number for each t from `first` on; with a single entry and
-    `first` None it does not depend on t.
+    `frames` lists the frame's number for each t from `first` on (as a range where it is a line
+    in t); with a single entry and `first` None it does not depend on t.
     """
 
     turns: tuple[Turn, ...]
-    frames: tuple[int, ...]
+    frames: tuple[int, ...] | range
     first: int | None
 
     @property
@@ -135,9 +135,11 @@ class Moment:
     @property
     def offset(self) -> int | None:
         """c where the frame is t + c for all t, else None."""
-        if self.first is None:
+        if self.first is None or not self.frames:
             return None
         c = self.frames[0] - self.first
+        if isinstance(self.frames, range):
+            return c if self.frames.step == 1 or len(self.frames) == 1 else None
         same = all(f == self.first + i + c for i, f in enumerate(self.frames))
         return c if same else None
 
@@ -309,8 +311,8 @@ def children(node: object) -> Iterator[object]:
     """The typed nodes, givens and moments directly below a node."""
     for f in fields(node):  # type: ignore[arg-type]
         value = getattr(node, f.name)
-        if isinstance(value, tuple):
-            yield from (v for v in value if hasattr(v, "axes"))
+        if isinstance(value, tuple) and value and hasattr(value[0], "axes"):
+            yield from value
         elif hasattr(value, "axes"):
             yield value
 

@@ -428,7 +428,7 @@ class _Reader:
         tiles: tuple[str, ...],
         things: tuple[str, ...],
     ) -> Character:
-        keys = "success goals pushes toward attitude models sprite color".split()
+        keys = ["success", "goals", "pushes", "toward", "attitude", "models", "sprite", "color"]
         self.known_keys(block, tuple(keys))
         others = tuple(n for n in names if n != block.name)
         success = self.number(

@@ -1,0 +1,5 @@
+"""`python -m i2pdsl` is the program `i2p`."""
+
+from i2pdsl.cli import main
+
+main()

@@ -1,0 +1,116 @@
+"""What can be asked of a belief. [O, H] log-beliefs in, one number out: the observers' mean.
+
+All functions accept leading axes (time, candidates). A mask [H] holds the conditions; the
+functions never see a mask that no hypothesis fulfils (the checker refuses it).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from i2pdsl.audience.filter import log_sum, update
+
+Array = Any
+
+
+def _namespace(array: Array) -> Any:
+    return array.__array_namespace__()
+
+
+def probability(log_belief: Array, event: Array, mask: Array) -> Array:
+    """P(event | mask) = P(event and mask) / P(mask), [...]."""
+    xp = _namespace(log_belief)
+    return xp.exp(log_sum(log_belief, event & mask) - log_sum(log_belief, mask)).mean(-1)
+
+
+def conditioned(log_belief: Array, mask: Array) -> Array:
+    """The belief given a mask: probabilities [..., O, H], 0 outside the mask."""
+    xp = _namespace(log_belief)
+    weights = xp.exp(log_belief - log_sum(log_belief, mask)[..., None])
+    return xp.where(mask, weights, 0.0)
+
+
+def expectation(log_belief: Array, quantity: Array, mask: Array) -> Array:
+    """E[quantity | mask]; the quantity is broadcastable to [..., O, H]."""
+    xp = _namespace(log_belief)
+    weighted = conditioned(log_belief, mask) * xp.where(mask, quantity, 0.0)
+    return weighted.sum(-1).mean(-1)
+
+
+def marginal(log_belief: Array, groups: Array, mask: Array) -> Array:
+    """The probability of each value of a latent; groups is one-hot [H, V]. [..., O, V]."""
+    return conditioned(log_belief, mask) @ groups
+
+
+def _weighted_log(xp: Any, weights: Array, of: Array) -> Array:
+    """weights * log(of), 0 where the weight is 0."""
+    positive = weights > 0
+    return xp.where(positive, weights * xp.log(xp.where(positive & (of > 0), of, 1.0)), 0.0)
+
+
+def entropy(log_belief: Array, groups: Array | None, mask: Array) -> Array:
+    """- sum p log p in nats, of one latent's marginal or of the whole hypothesis."""
+    xp = _namespace(log_belief)
+    p = conditioned(log_belief, mask) if groups is None else marginal(log_belief, groups, mask)
+    return -_weighted_log(xp, p, p).sum(-1).mean(-1)
+
+
+def divergence(first: Array, second: Array, groups: Array | None, mask: Array) -> Array:
+    """KL(first || second) = sum p_a log(p_a / p_b) in nats."""
+    xp = _namespace(first)
+    if groups is None:
+        p = conditioned(first, mask)
+        ratio = (first - log_sum(first, mask)[..., None]) - (
+            second - log_sum(second, mask)[..., None]
+        )
+        return xp.where(p > 0, p * xp.where(p > 0, ratio, 0.0), 0.0).sum(-1).mean(-1)
+    p, q = marginal(first, groups, mask), marginal(second, groups, mask)
+    return (_weighted_log(xp, p, p) - _weighted_log(xp, p, q)).sum(-1).mean(-1)
+
+
+def surprise(beliefs: Array, log_rows: Array, mask: Array) -> Array:
+    """- log of the product of the predictive probabilities of a frame's actions, in nats.
+
+    Args:
+        beliefs: the belief just before each observed action, [..., U, O, H].
+        log_rows: log P(action | H) of each, [..., U, O, H].
+    """
+    predicted = log_sum(beliefs + log_rows, mask) - log_sum(beliefs, mask)
+    return -predicted.sum(-2).mean(-1)
+
+
+def suspense(
+    log_belief: Array,
+    log_rows: tuple[Array, ...],
+    chance: Array,
+    valid: Array,
+    groups: Array,
+    mask: Array,
+    forgetting: Array,
+) -> Array:
+    """The variance of the belief about a latent after the next frame, summed over its values.
+
+    The next frame is drawn from the audience's own predictions (Ely, Frankel and Kamenica 2015,
+    DOI 10.1086/677350): each action from its predictive probability just before it, outcomes
+    from the characters' chances.
+
+    Args:
+        log_belief: [..., O, H].
+        log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, O, H].
+        chance, valid: [..., n_1 * n_2].
+        groups: one-hot [H, V].
+    """
+    xp = _namespace(log_belief)
+    belief = log_belief[..., None, None, :, :]
+    log_weight: Any = 0.0
+    for row in log_rows:
+        predicted = log_sum(belief + row, mask) - log_sum(belief, mask)
+        log_weight = log_weight + predicted
+        belief = update(belief, row, forgetting)
+    shares = marginal(belief, groups, mask)  # [..., n_1, n_2, O, V]
+    shape = shares.shape[:-2]
+    outcome = (chance * valid).reshape(shape)
+    weight = xp.exp(log_weight) * outcome[..., None]  # [..., n_1, n_2, O]
+    mean = (weight[..., None] * shares).sum((-4, -3))
+    spread = (shares - mean[..., None, None, :, :]) ** 2
+    return (weight[..., None] * spread).sum((-4, -3)).sum(-1).mean(-1)

@@ -1,0 +1,312 @@
+"""Numbers: operators, functions, `if`, and comparisons of numbers and latents."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NoReturn
+
+from i2pdsl.errors import Span, closest
+from i2pdsl.language import ast
+from i2pdsl.language import typed as ty
+from i2pdsl.language.builtins import FUNCTIONS
+from i2pdsl.language.elaboration import BELIEVED, KINDS, Elaboration, Item, Stop
+from i2pdsl.language.evaluate import (
+    COMPARISONS,
+    OPERATIONS,
+    NotFiniteError,
+    evaluate,
+    fold_time,
+    is_pure,
+    may_be,
+)
+from i2pdsl.language.scope import Env
+from i2pdsl.language.vocabulary import Latent, show_value
+
+
+class Arithmetic(Elaboration):
+    """Numbers and truth values."""
+
+    def on_number(self, node: ast.Number, env: Env) -> Item:
+        return Item("number", ty.Constant(node.value))
+
+    def on_text(self, node: ast.Text, env: Env) -> Item:
+        return Item("text", node.value)
+
+    def on_time(self, node: ast.Time, env: Env) -> Item:
+        if env.times is not None:
+            return Item("number", ty.TimeIndex())
+        if env.inside in ("event", "condition"):
+            message = "an event cannot depend on `t`"
+            hint = "choose between beliefs: `if t < 5 then P(...) else P(...)`"
+            self.fail("time-in-event", message, node.span, env, hint)
+        self.free_time("`t` means nothing outside a sum", node.span, env)
+
+    def free_time(self, message: str, span: Span, env: Env) -> NoReturn:
+        """Reports the first use of t outside a sum; the others have the same cause."""
+        if self.time_missed:
+            raise Stop
+        self.time_missed = True
+        hint = "put `sum_t` before the expression"
+        if env.after_sum:
+            message += ", and the sum ends before this term"
+            hint = "put all that is summed in parentheses: `sum_t (A + B)`"
+        self.fail("free-time", message, span, env, hint)
+
+    def on_length(self, node: ast.Length, env: Env) -> Item:
+        return Item("number", ty.Constant(float(self.length)))
+
+    def on_pair(self, node: ast.Pair, env: Env) -> Item:
+        first, second = self.each(
+            [lambda: self.constant(node.first, env), lambda: self.constant(node.second, env)]
+        )
+        return Item("pair", (first, second))
+
+    def on_sum(self, node: ast.Sum, env: Env) -> Item:
+        sums = [any(isinstance(x, ast.Reduction) for x in ast.walk(n)) for n in node.terms]
+        places = [replace(env, after_sum=any(sums[:i])) for i in range(len(sums))]
+        terms = self.each(
+            [lambda n=n, e=e: self.number(n, e) for n, e in zip(node.terms, places, strict=True)]  # type: ignore[misc]
+        )
+        signed = [
+            t if sign > 0 else self.apply("negate", (t,), node, env)
+            for sign, t in zip(node.signs, terms, strict=True)
+        ]
+        return Item("number", self.apply("add", tuple(signed), node, env))
+
+    def on_product(self, node: ast.Product, env: Env) -> Item:
+        factors = self.each([lambda n=n: self.number(n, env) for n in node.factors])  # type: ignore[misc]
+        result = factors[0]
+        for operator, factor in zip(node.operators, factors[1:], strict=True):
+            name = "multiply" if operator == "*" else "divide"
+            result = self.apply(name, (result, factor), node, env)
+        return Item("number", result)
+
+    def on_negative(self, node: ast.Negative, env: Env) -> Item:
+        operand = self.number(node.operand, env)
+        return Item("number", self.apply("negate", (operand,), node, env))
+
+    def on_power(self, node: ast.Power, env: Env) -> Item:
+        base, exponent = self.each(
+            [lambda: self.number(node.base, env), lambda: self.number(node.exponent, env)]
+        )
+        return Item("number", self.apply("power", (base, exponent), node, env))
+
+    def apply(
+        self, operation: str, arguments: tuple[ty.Typed, ...], node: ast.Node, env: Env
+    ) -> ty.Typed:
+        """An operation on numbers; constants are computed at once."""
+        constants = [a.value for a in arguments if isinstance(a, ty.Constant)]
+        if len(constants) < len(arguments):
+            result = ty.Apply(operation, arguments)
+            self.places[id(result)] = (result, node.span, env)
+            return result
+        try:
+            value = float(OPERATIONS[operation](*constants))
+        except (ArithmeticError, ValueError):
+            value = math.nan
+        if not math.isfinite(value):
+            if env.is_dead:
+                return ty.Constant(0.0)
+            self.fail("arithmetic", _not_finite(operation, constants), node.span, env)
+        return ty.Constant(value)
+
+    def folded(self, value: ty.Typed, times: range, node: ast.Node, env: Env) -> ty.Typed:
+        """An expression with its functions of t as tables."""
+        try:
+            return fold_time(value, times, env.reached)  # type: ignore[no-any-return]
+        except NotFiniteError as problem:
+            self.not_finite(problem, node, env)
+
+    def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> NoReturn:
+        """Reports an operation that has no value at some t, at the place of the operation."""
+        part, t = problem.node, problem.t
+        _, span, env = self.places.get(id(part), (None, node.span, env))
+        values: list[float] = []
+        if isinstance(part, ty.Apply):
+            values = [float(evaluate(a, t)) for a in part.arguments]
+        operation = part.operation if isinstance(part, ty.Apply) else ""
+        message = f"{_not_finite(operation, values)} at t = {t}"
+        hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        self.fail("arithmetic", message, span, env, hint)
+
+    # Functions.
+
+    def function(self, node: ast.Call, env: Env) -> Item:
+        function = FUNCTIONS[node.callee.id]
+        low, high = function.arity
+        if not low <= len(node.arguments) <= high:
+            count = f"{low}" if low == high else f"at least {low}"
+            message = f"`{function.name}` takes {count} argument{'s' if low != 1 else ''}"
+            self.fail("arguments", message, node.span, env, f"write `{function.signature}`")
+        for argument in node.arguments:
+            if argument.name is not None:
+                message = f"`{function.name}` has no parameter `{argument.name.id}`"
+                hint = f"write `{function.signature}`"
+                self.fail("arguments", message, argument.span, env, hint)
+        values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
+        return Item("number", self.apply(function.name, tuple(values), node, env))
+
+    def points(self, node: ast.Call, env: Env) -> Item:
+        if env.times is None:
+            self.free_time("`points` draws a curve over t, outside a sum", node.span, env)
+        shape = "write `points((0, 0), (0.3, 1), (1, -1))`, pairs of t/T and height"
+        items = self.each([lambda a=a: self.item(a.value, env) for a in node.arguments])  # type: ignore[misc]
+        for item, argument in zip(items, node.arguments, strict=True):
+            if item.kind != "pair":
+                message = f"expected a point of the curve, found {KINDS[item.kind]}"
+                self.blame("arguments", message, argument.value, env, shape)
+        xs, ys = tuple(i.value[0] for i in items), tuple(i.value[1] for i in items)
+        if len(xs) < 2:
+            self.fail("arguments", "a curve needs two points or more", node.span, env, shape)
+        if any(b <= a for a, b in zip(xs, xs[1:], strict=False)):
+            message = "the points of a curve go from left to right"
+            self.fail("arguments", message, node.span, env, shape)
+        share = ty.Apply("divide", (ty.TimeIndex(), ty.Constant(float(self.length))))
+        return Item("number", ty.Points(xs, ys, share))
+
+    # Conditions.
+
+    def on_not(self, node: ast.Not, env: Env) -> Item:
+        return Item("truth", ty.Apply("not", (self.truth(node.operand, env),)))
+
+    def on_and(self, node: ast.And, env: Env) -> Item:
+        parts = self.each([lambda n=n: self.truth(n, env) for n in node.operands])  # type: ignore[misc]
+        return Item("truth", ty.Apply("and", tuple(parts)))
+
+    def on_or(self, node: ast.Or, env: Env) -> Item:
+        parts = self.each([lambda n=n: self.truth(n, env) for n in node.operands])  # type: ignore[misc]
+        return Item("truth", ty.Apply("or", tuple(parts)))
+
+    def on_if(self, node: ast.If, env: Env) -> Item:
+        """`if`: indices and divisions must be sound only at the t that reach their branch."""
+        condition = self.truth(node.condition, env)
+        branches = [
+            lambda: self.item(node.then, self.reaching(condition, True, node, env)),
+            lambda: self.item(node.otherwise, self.reaching(condition, False, node, env)),
+        ]
+        then, otherwise = self.each(branches)
+        for item, place in ((then, node.then), (otherwise, node.otherwise)):
+            if item.kind not in ("number", "truth"):
+                self.wrong_kind("a number or a condition", item, place, env)
+        if then.kind != otherwise.kind:
+            message = f"one branch is {KINDS[then.kind]}, the other {KINDS[otherwise.kind]}"
+            self.fail("type", message, node.otherwise.span, env)
+        if is_pure(condition) and condition.axes == ty.NO_AXES:
+            return then if evaluate(condition) else otherwise
+        return Item(then.kind, ty.Apply("choose", (condition, then.value, otherwise.value)))
+
+    def reaching(self, condition: ty.Typed, wanted: bool, node: ast.If, env: Env) -> Env:
+        """The surroundings of a branch: the t at which the condition may be `wanted`."""
+        if env.times is None and not (is_pure(condition) and condition.axes == ty.NO_AXES):
+            return env
+        ts = env.ts if env.times is not None else (0,)
+        try:
+            return replace(env, reached=may_be(condition, ts, wanted))
+        except (ArithmeticError, ValueError):
+            message = "this condition has no finite value at some t"
+            self.fail("arithmetic", message, node.condition.span, env)
+
+    # Comparisons.
+
+    def on_compare(self, node: ast.Compare, env: Env) -> Item:
+        pairs = list(zip(node.operators, node.operands, node.operands[1:], strict=False))
+        parts = self.each([lambda p=p: self.compare(*p, env) for p in pairs])  # type: ignore[misc]
+        value = parts[0] if len(parts) == 1 else ty.Apply("and", tuple(parts))
+        return Item("truth", value)
+
+    def on_member(self, node: ast.Member, env: Env) -> Item:
+        parts = self.each(
+            [lambda i=i: self.compare("=", node.item, i, env) for i in node.items.items]  # type: ignore[misc]
+        )
+        return Item("truth", parts[0] if len(parts) == 1 else ty.Apply("or", tuple(parts)))
+
+    def compare(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:
+        first, second = self.symbol_latent(left, env), self.symbol_latent(right, env)
+        name = COMPARISONS[operator][0]
+        if first is None and second is None:
+            return self.compare_numbers(operator, left, right, env)
+        for latent, place in ((first, left), (second, right)):
+            if latent is not None and latent.kind == "truth":
+                message = f"`{latent.name}` is true or false by itself"
+                hint = f"write `{latent.name}` or `not {latent.name}`"
+                self.blame("compare", message, place, env, hint)
+        if operator not in ("=", "!="):
+            latent = first or second
+            assert latent is not None
+            message = f"the values of `{latent.name}` have no order, so `{operator}` says nothing"
+            self.fail("compare", message, left.span.to(right.span), env, "use `=` or `!=`")
+        if first is not None and second is not None:
+            return ty.Apply(name, (ty.LatentValue(first.name), ty.LatentValue(second.name)))
+        latent, other = (first, right) if first is not None else (second, left)
+        assert latent is not None
+        symbol = self.symbol(latent, other, env)
+        return ty.Apply(name, (ty.LatentValue(latent.name), ty.Symbol(symbol)))
+
+    def compare_numbers(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:
+        latents = self.latent_named(left, env), self.latent_named(right, env)
+        if env.inside not in BELIEVED:
+            for latent, place in zip(latents, (left, right), strict=True):
+                if latent is not None:
+                    self.outside_belief(latent, place, env)
+        for latent, place, other in ((latents[0], right, left), (latents[1], left, right)):
+            if self.is_value(place, env):
+                if latent is not None:
+                    self.symbol(latent, place, env)
+                if self.is_unknown(other, env) and not self.is_value(other, env):
+                    self.number(other, env)  # a misspelt latent, the value beside it is right
+        values = self.each([lambda: self.number(left, env), lambda: self.number(right, env)])
+        for value, other, place in ((*values, right), (values[1], values[0], left)):
+            self.check_number_value(operator, value, other, place, env)
+        return ty.Apply(COMPARISONS[operator][0], tuple(values))
+
+    def is_value(self, node: ast.Expr, env: Env) -> bool:
+        """Whether an expression is the name of some latent's value."""
+        if not self.is_unknown(node, env):
+            return False
+        node, _ = self.strip(node, env)
+        assert isinstance(node, ast.Name)
+        return any(node.id in x.values for x in self.world.latents.values())
+
+    def check_number_value(
+        self, operator: str, value: ty.Typed, other: ty.Typed, place: ast.Expr, env: Env
+    ) -> None:
+        if operator not in ("=", "!=") or not isinstance(value, ty.LatentValue):
+            return
+        latent = self.world.latents[value.latent]
+        if isinstance(other, ty.Constant) and other.value not in latent.values:
+            message = f"`{latent.name}` is never {show_value(other.value)}"
+            self.blame("no-value", message, place, env, f"its values: {latent.domain}")
+
+    def symbol_latent(self, node: ast.Expr, env: Env) -> Latent | None:
+        latent = self.latent_named(node, env)
+        if latent is None or latent.kind == "number":
+            return None
+        if env.inside not in BELIEVED:
+            self.outside_belief(latent, node, env)
+        return latent
+
+    def symbol(self, latent: Latent, node: ast.Expr, env: Env) -> str:
+        """The value of a latent that an expression names."""
+        stripped, inner = self.strip(node, env, latent.values)
+        if isinstance(stripped, ast.Name) and stripped.id in latent.values:
+            return stripped.id
+        hint = f"its values: {latent.domain}"
+        if isinstance(stripped, ast.Name):
+            close = closest(stripped.id, map(str, latent.values))
+            hint = f"did you mean `{close}`? ({hint})" if close else hint
+            message = f"`{latent.name}` is never `{stripped.id}`"
+            self.fail("no-value", message, stripped.span, inner, hint)
+        message = f"`{latent.name}` is compared with one of its values"
+        self.blame("compare", message, node, env, hint)
+
+
+def _not_finite(operation: str, values: list[Any]) -> str:
+    """Why an operation has no finite value."""
+    if operation == "divide" and values[1:] == [0.0]:
+        return "a division by zero"
+    if operation == "log" and values and values[0] <= 0:
+        return f"the logarithm of {values[0]:g} does not exist"
+    if operation == "sqrt" or (operation == "power" and values and values[0] < 0):
+        return "the root of a negative number does not exist"
+    return "this number is too large to be computed"

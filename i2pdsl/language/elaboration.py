@@ -1,0 +1,318 @@
+"""What all parts of the elaborator share: reporting, wanted kinds, and what names stand for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, NoReturn, TypeVar
+
+from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean
+from i2pdsl.language import ast
+from i2pdsl.language import typed as ty
+from i2pdsl.language.builtins import FUNCTIONS
+from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.statements import DEEPEST
+from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
+
+MOST_NODES = 50_000  # of an expression once all patterns are put in
+
+A = TypeVar("A")
+
+
+class Stop(Exception):
+    """A mistake was reported; what depends on the expression cannot be checked."""
+
+
+class LeavesAtZero(Exception):
+    """An index leaves the script at t = 0: the query covers t = 1..T instead."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """What an expression turned out to be.
+
+    `kind` is number, truth, symbol (of `latent`), script, prefix, frame, pair or text; `value`
+    is a typed node, the appended turns, a Moment or a pair of numbers.
+    """
+
+    kind: str
+    value: Any
+    latent: Latent | None = None
+
+
+KINDS = {
+    "number": "a number",
+    "truth": "a condition",
+    "symbol": "a latent",
+    "script": "a whole script",
+    "prefix": "the first frames of a script",
+    "frame": "a frame of a script",
+    "pair": "a pair",
+    "text": "a text in quotes",
+}
+INSIDE = {
+    "event": "an event",
+    "condition": "a condition",
+    "quantity": "a quantity",
+    "frame": "a predicate of a frame",
+    "start": "the condition of the start",
+}
+BELIEVED = ("event", "condition", "quantity")  # where a latent has its hypothesis's value
+
+
+class Elaboration:
+    """Checks expressions for one world, one length and one assumption."""
+
+    def __init__(
+        self,
+        vocabulary: Vocabulary,
+        length: int,
+        report: Callable[[Diagnostic], None],
+        query: bool = False,
+    ):
+        self.world = vocabulary
+        self.length = length
+        self.report = report
+        self.query = query
+        self.assumption: ty.Mask = (True,) * len(vocabulary.hypotheses)
+        self.entities = (*vocabulary.characters, *vocabulary.things)
+        self.used: set[int] = set()  # ids of the lets and patterns that were put in somewhere
+        self.depth = 0
+        self.nodes = 0
+        self.time_missed = False  # whether a `t` outside a sum was reported in this expression
+        self.moment: ty.Moment | None = None  # the frame of the enclosing [... @ script[k]]
+        self.places: dict[int, tuple[ty.Typed, Span, Env]] = {}  # where operations were written
+
+    # Reporting.
+
+    def fail(
+        self, code: str, message: str, span: Span, env: Env, hint: str | None = None
+    ) -> NoReturn:
+        self.report(Diagnostic(code, message, span, hint, env.notes()))
+        raise Stop
+
+    def blame(
+        self, code: str, message: str, node: ast.Expr, env: Env, hint: str | None = None
+    ) -> NoReturn:
+        """Reports a wrong expression where it was written.
+
+        For the parameter of a pattern this is the argument; a note then shows the pattern's line.
+        """
+        notes = env.notes()
+        while isinstance(node, ast.Name) and node.id in env.names:
+            bound = env.names[node.id]
+            notes = (Note(f"it is put in here for `{node.id}`", node.span), *bound.env.notes())
+            node, env = bound.expression, bound.env
+        self.report(Diagnostic(code, message, node.span, hint, notes))
+        raise Stop
+
+    def warn(self, code: str, message: str, span: Span, env: Env, hint: str | None = None) -> None:
+        self.report(Diagnostic(code, message, span, hint, env.notes(), "warning"))
+
+    def each(self, tasks: Sequence[Callable[[], A]]) -> list[A]:
+        """Runs all tasks, so that all their mistakes are reported, then stops if one failed."""
+        results: list[A] = []
+        for task in tasks:
+            try:
+                results.append(task())
+            except Stop:
+                continue
+        if len(results) < len(tasks):
+            raise Stop
+        return results
+
+    @contextmanager
+    def entering(self, node: ast.Node, env: Env) -> Iterator[None]:
+        if self.depth == 0:
+            self.nodes = 0
+            self.time_missed = False
+            self.places.clear()
+        self.depth += 1
+        self.nodes += 1
+        try:
+            if self.depth > DEEPEST + 20:
+                hint = "name the parts with `let`" if not env.uses else None
+                self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
+            if self.nodes == MOST_NODES:
+                message = f"the patterns grow to more than {MOST_NODES:,} parts when put in"
+                self.fail("nesting", message, node.span, env, "use fewer patterns in patterns")
+            if self.nodes > MOST_NODES:
+                raise Stop
+            yield
+        finally:
+            self.depth -= 1
+
+    # Wanted kinds.
+
+    def number(self, node: ast.Expr, env: Env) -> ty.Typed:
+        item = self.item(node, env)
+        if item.kind == "number":
+            return item.value  # type: ignore[no-any-return]
+        self.wrong_kind("a number", item, node, env)
+
+    def truth(self, node: ast.Expr, env: Env) -> ty.Typed:
+        item = self.item(node, env)
+        if item.kind == "truth" or isinstance(item.value, ty.Feature):
+            return item.value  # type: ignore[no-any-return]
+        self.wrong_kind("a condition", item, node, env)
+
+    def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> NoReturn:
+        found = KINDS[item.kind]
+        hint = None
+        if item.latent is not None and item.kind == "symbol":
+            found = f"the latent `{item.latent.name}`"
+            event = f"{item.latent.name} = {show_value(item.latent.values[0])}"
+            hint = f"ask what viewers believe: `P({event} | script[:t])`"
+            if env.inside in BELIEVED:
+                hint = f"compare it: `{event}`"
+        elif item.kind == "truth" and wanted == "a number":
+            hint = "write `if CONDITION then 1 else 0`, or `P(EVENT | script[:t])`"
+        elif item.kind in ("script", "prefix", "frame"):
+            hint = "ask for a belief: `P(EVENT | script[:t])`"
+        elif wanted == "a condition":
+            hint = _CONDITIONS.get(env.inside)
+        self.blame("type", f"expected {wanted}, found {found}", node, env, hint)
+
+    def constant(self, node: ast.Expr, env: Env) -> float:
+        value = self.number(node, replace(env, times=None))
+        if not isinstance(value, ty.Constant):
+            message = "this must be a constant number, it cannot depend on beliefs or frames"
+            self.fail("constant", message, node.span, env)
+        return float(value.value)
+
+    # Expressions.
+
+    def item(self, node: ast.Expr, env: Env) -> Item:
+        with self.entering(node, env):
+            method = getattr(self, f"on_{type(node).__name__.lower()}")
+            return method(node, env)  # type: ignore[no-any-return]
+
+    # Names.
+
+    def on_name(self, node: ast.Name, env: Env) -> Item:
+        name = node.id
+        if name in env.names:
+            bound = env.names[name]
+            return self.item(bound.expression, self.outside(bound.env, env))
+        found = env.module.find(name)
+        if found is not None:
+            if isinstance(found.item, ast.Pattern):
+                return self.item(ast.Call(node.span, node, ()), env)
+            inner = self.outside(self.inside_let(node, found.item, found.module, env), env)
+            self.check_recursion(name, node.span, env)
+            return self.item(found.item.value, inner)
+        if name in self.world.latents:
+            latent = self.world.latents[name]
+            kind = latent.kind if env.inside in BELIEVED else "symbol"
+            return Item(kind, ty.LatentValue(name), latent)
+        if name == "pi":
+            return Item("number", ty.Constant(math.pi))
+        self.unknown_name(node, env)
+
+    def inside_let(self, node: ast.Name, let: ast.Let, module: Module, env: Env) -> Env:
+        """The names that the value of a `let` was written among."""
+        self.used.add(id(let))
+        return Env(module, uses=(*env.uses, (node.id, node.span)))
+
+    def outside(self, definition: Env, use: Env) -> Env:
+        """The names of where an expression was written, the time of where it is put in."""
+        return replace(
+            definition,
+            times=use.times,
+            reached=use.reached,
+            sum_span=use.sum_span,
+            inside=use.inside,
+        )
+
+    def check_recursion(self, name: str, span: Span, env: Env) -> None:
+        """A definition that is being put in around this place cannot be used here again."""
+        chain = [used for used, _ in env.uses]
+        if name in chain:
+            shown = " -> ".join((*chain[chain.index(name) :], name))
+            self.fail("recursion", f"`{name}` is defined by itself: {shown}", span, env)
+
+    def strip(
+        self, node: ast.Expr, env: Env, understood: Sequence[object] = ()
+    ) -> tuple[ast.Expr, Env]:
+        """Follows names to the expression that they stand for.
+
+        Words that are `understood` at this place (the values of a latent, say) stand for
+        themselves, whatever `let` has the same name.
+        """
+        for _ in range(DEEPEST):
+            if not isinstance(node, ast.Name):
+                break
+            if node.id in env.names:
+                bound = env.names[node.id]
+                node, env = bound.expression, self.outside(bound.env, env)
+                continue
+            found = env.module.find(node.id) if node.id not in understood else None
+            if found is None or not isinstance(found.item, ast.Let):
+                break
+            inner = self.inside_let(node, found.item, found.module, env)
+            node, env = found.item.value, self.outside(inner, env)
+        return node, env
+
+    def latent_named(self, node: ast.Expr, env: Env) -> Latent | None:
+        """The latent that an expression names, if it is nothing but a latent's name."""
+        node, env = self.strip(node, env)
+        if isinstance(node, ast.Name) and env.module.find(node.id) is None:
+            return self.world.latents.get(node.id)
+        return None
+
+    def is_unknown(self, node: ast.Expr, env: Env) -> bool:
+        """Whether an expression is a name that means nothing."""
+        node, env = self.strip(node, env)
+        return isinstance(node, ast.Name) and node.id not in (
+            *env.module.known(),
+            *self.world.latents,
+            "pi",
+        )
+
+    def unknown_name(self, node: ast.Name, env: Env) -> NoReturn:
+        name = node.id
+        owners = [x for x in self.world.latents.values() if name in x.values]
+        hint: str | None
+        if env.inside in ("start", "frame") and name in self.entities:
+            message = f"`{name}` is no condition"
+            hint = f"say where it is: `at({name}, TILE)`"
+            if name in self.world.may_be_absent:
+                hint += f" or `absent({name})`"
+        elif owners:
+            message = f"`{name}` is a value and stands beside its latent"
+            hint = "write " + " or ".join(f"`{x.name} = {name}`" for x in owners)
+        elif name in self.entities:
+            message = f"`{name}` is no number and no condition"
+            hint = f"what is hidden about the characters: {', '.join(self.world.latents)}"
+        elif name in self.world.predicates:
+            message = f"`{name}` is asked of a frame"
+            hint = f"write `[{name}(...) @ script[t]]`"
+        elif name in FUNCTIONS:
+            message = f"`{name}` needs its arguments"
+            hint = f"write `{FUNCTIONS[name].signature}`"
+        else:
+            message = f"unknown name `{name}`"
+            hint = "write `rho`" if name == "ρ" else did_you_mean(name, self.known(env))
+        self.fail("unknown-name", message, node.span, env, hint)
+
+    def known(self, env: Env) -> set[str]:
+        names = {*env.names, *env.module.known(), *self.world.latents, *FUNCTIONS, "pi"}
+        return names | {"script"}
+
+    def outside_belief(self, latent: Latent, node: ast.Expr, env: Env) -> NoReturn:
+        """A latent's value was asked for where only frames and beliefs are known."""
+        message = f"`{latent.name}` is hidden from the viewers"
+        hint = f"ask what they believe: `P({latent.name} ... | script[:t])`"
+        if env.inside == "start":
+            message = f"`{latent.name}` is no part of the first picture"
+            hint = "the start is described by `at`, `absent` and `adjacent`"
+        self.blame("hidden", message, node, env, hint)
+
+
+_CONDITIONS = {
+    "event": "an event is a comparison with a latent, such as `rho > 0`",
+    "condition": "a condition is a comparison with a latent, such as `rho > 0`",
+    "start": "for instance `start absent(table)`",
+}

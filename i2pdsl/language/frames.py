@@ -1,0 +1,247 @@
+"""Time: scripts and their frames, appended turns, and sums over t."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any, NoReturn
+
+from i2pdsl.errors import did_you_mean
+from i2pdsl.language import ast
+from i2pdsl.language import typed as ty
+from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero
+from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, is_pure, table
+from i2pdsl.language.predicates import Predicates
+from i2pdsl.language.scope import Env
+
+_WHOLE = 1e-9  # how far an index may be from a whole number
+
+
+class Frames(Predicates):
+    """Scripts, frames and sums."""
+
+    # Sums over t.
+
+    def on_reduction(self, node: ast.Reduction, env: Env) -> Item:
+        if env.inside:
+            what = f"stand inside {INSIDE[env.inside]}"
+            self.misplaced_sum(f"a sum over t cannot {what}", node, env)
+        if env.sum_span is not None:
+            self.misplaced_sum("sums over t do not nest", node, env)
+        times = self.summed_frames(node, env)
+        reached = () if env.is_dead else None
+        inner = replace(env, times=times, reached=reached, sum_span=node.span, after_sum=False)
+        body = self.number(node.body, inner)
+        if not times:
+            return Item("number", ty.Constant(0.0))
+        longest = self.length + max(
+            (len(n.turns) for n in ty.walk(body) if isinstance(n, ty.Moment)), default=0
+        )
+        if times[-1] > longest:
+            span = node.last.span if node.last is not None else node.span
+            message = f"the script has {_frames(longest)}, this goes to {times[-1]}"
+            self.fail("range", message, span, env)
+        body = self.folded(body, times, node, inner)
+        return Item("number", ty.Reduction(node.kind, times[0], times[-1], body))
+
+    def summed_frames(self, node: ast.Reduction, env: Env) -> range:
+        """The frames that a sum covers; one short of its beginning it is empty."""
+        if node.first is None or node.last is None:
+            return range(1, self.length + 1)
+        lower, upper = node.first, node.last
+        bounds = self.each([lambda: self.constant(lower, env), lambda: self.constant(upper, env)])
+        first, last = math.ceil(bounds[0]), math.floor(bounds[1])
+        span = lower.span.to(upper.span)
+        if first < 0:
+            message = "frames count from 1, and 0 is the state before anything moved"
+            self.fail("range", message, span, env)
+        if first > last + 1 or (first > last and node.kind != "sum"):
+            self.fail("range", f"there is no frame in {first}..{last}", span, env)
+        if last > 2 * self.length + 1000:
+            message = f"the story has {_frames(self.length)}, this goes to {last:,}"
+            self.fail("range", message, span, env)
+        return range(first, last + 1)
+
+    def misplaced_sum(self, message: str, node: ast.Reduction, env: Env) -> NoReturn:
+        """Reports a sum inside a sum or an event; one within a pattern, where it was used."""
+        around = env.sum_span
+        within = [
+            i
+            for i, (_, span) in enumerate(env.uses)
+            if around is not None
+            and span.source is around.source
+            and around.start <= span.start < around.end
+        ]
+        if not env.uses or (around is not None and around.source is node.span.source):
+            hint = "one `sum_t` over everything is enough" if not env.inside else None
+            self.fail("nested-sum", message, node.span, env, hint)
+        index = within[0] if within else len(env.uses) - 1
+        name, span = env.uses[index]
+        hint = f"`{name}` is a sum over t already"
+        self.fail("nested-sum", message, span, replace(env, uses=env.uses[:index]), hint)
+
+    # Scripts and their frames.
+
+    def on_script(self, node: ast.Script, env: Env) -> Item:
+        return Item("script", ())
+
+    def on_append(self, node: ast.Append, env: Env) -> Item:
+        turns, turn = self.each(
+            [lambda: self.script(node.script, env), lambda: (self.turn(node, env),)]
+        )
+        return Item("script", (*turns, *turn))
+
+    def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
+        item = self.item(node, env)
+        if item.kind != "script":
+            hint = "write `(script ++ [...])[:t]`" if item.kind == "prefix" else None
+            self.blame("type", f"expected a script, found {KINDS[item.kind]}", node, env, hint)
+        return item.value  # type: ignore[no-any-return]
+
+    def turn(self, node: ast.Append, env: Env) -> ty.Turn:
+        falls = [m for m in node.turn if isinstance(m, ast.Fall)]
+        if falls:
+            if len(node.turn) > 1:
+                message = "an event has its frame for itself, nobody acts in it"
+                hint = "append two turns: `script ++ [...] ++ [...]`"
+                self.fail("turn", message, node.turn[1].span, env, hint)
+            return self.fall(falls[0], env)
+        moves = [m for m in node.turn if isinstance(m, ast.Move)]
+        acts: dict[str, ty.Act] = {}
+        for name, act, move in self.each([lambda m=m: self.act(m, env) for m in moves]):  # type: ignore[misc]
+            if name in acts:
+                self.fail("turn", f"`{name}` acts twice in this turn", move.span, env)
+            acts[name] = act
+        missing = [c for c in self.world.characters if c not in acts]
+        if missing:
+            span = node.turn[0].span.to(node.turn[-1].span)
+            message = f"the turn does not say what {' and '.join(missing)} does"
+            self.fail("turn", message, span, env, f"add `{missing[0]}: stay`")
+        return tuple(acts[c] for c in self.world.characters)
+
+    def act(self, move: ast.Move, env: Env) -> tuple[str, ty.Act, ast.Move]:
+        def action() -> int:
+            stripped, inner = self.strip(move.action, env, self.world.actions)
+            if not isinstance(stripped, ast.Name) or stripped.id not in self.world.actions:
+                shown = stripped.span.text
+                hint = did_you_mean(shown, self.world.actions)
+                message = f"there is no action `{shown}`"
+                self.fail("no-action", message, stripped.span, inner, hint)
+            return self.world.actions.index(stripped.id)
+
+        who, chosen = self.each([lambda: self.character(move.who, env), action])
+        name = self.world.characters[who]
+        stays = self.world.actions[chosen] == "stay"
+        if move.fails and (name not in self.world.can_fail or stays):
+            reason = "staying" if stays else f"a move of {name}"
+            self.fail("turn", f"{reason} cannot fail", move.span, env, "leave out the `!`")
+        return name, ty.Act(chosen, move.fails), move
+
+    def fall(self, fall: ast.Fall, env: Env) -> ty.Drop:
+        event, thing = fall.event.id, fall.thing.id
+        if event not in self.world.events:
+            hint = did_you_mean(event, self.world.events)
+            self.fail("no-event", f"there is no event `{event}`", fall.event.span, env, hint)
+        stripped, inner = self.strip(fall.thing, env, self.world.events[event])
+        thing = stripped.id if isinstance(stripped, ast.Name) else stripped.span.text
+        if thing not in self.world.events[event]:
+            hint = did_you_mean(thing, self.world.events[event])
+            message = f"`{event}` brings no `{thing}`"
+            self.fail("no-event", message, stripped.span, inner, hint)
+        cells = self.place(fall.place, env)
+        if len(cells) != 1:
+            message = f"this tile lies on {len(cells)} cells, and only one can be hit"
+            self.blame("no-place", message, fall.place, env, "write (column, row)")
+        return ty.Drop(event, thing, cells[0])
+
+    def on_lastof(self, node: ast.LastOf, env: Env) -> Item:
+        turns = self.script(node.script, env)
+        return Item("number", ty.Constant(float(self.length + len(turns))))
+
+    def on_prefix(self, node: ast.Prefix, env: Env) -> Item:
+        return Item("prefix", self.at(node.script, node.end, 0, env))
+
+    def on_frameof(self, node: ast.FrameOf, env: Env) -> Item:
+        return Item("frame", self.at(node.script, node.number, 1, env))
+
+    def at(self, script: ast.Expr, index: ast.Expr, lowest: int, env: Env) -> ty.Moment:
+        """The moment that an index points to, for every t."""
+        plain = replace(env, inside="")
+        turns, value = self.each(
+            [lambda: self.script(script, plain), lambda: self.number(index, plain)]
+        )
+        if not is_pure(value) or value.axes.hypothesis:
+            message = "the number of a frame depends on t and constants only"
+            self.blame("index", message, index, env)
+        longest = self.length + len(turns)
+        if env.is_dead:
+            return ty.Moment(turns, (lowest,), None)
+        if not value.axes.time:
+            frames = self.whole_numbers([float(evaluate(value))], (None,), index, env)
+            self.check_frames(zip((None,), frames, strict=True), lowest, longest, index, env)
+            return ty.Moment(turns, tuple(frames), None)
+        assert env.times is not None
+        line = affine(value)
+        if line is not None and line[0] != 0 and all(x == int(x) for x in line):
+            # A line leaves the script at its ends first.
+            slope, height = int(line[0]), int(line[1])
+            numbers = range(
+                slope * env.times.start + height, slope * env.times.stop + height, slope
+            )
+            ends = sorted({*env.ts[:1], *env.ts[-1:]})
+            if any(not lowest <= slope * t + height <= longest for t in ends):
+                every = ((t, slope * t + height) for t in env.ts)
+                self.check_frames(every, lowest, longest, index, env)
+            return ty.Moment(turns, numbers, env.times.start)
+        try:
+            exact = table(value, env.ts)
+        except NotFiniteError as problem:
+            self.not_finite(problem, index, env)
+        frames = self.whole_numbers(exact, env.ts, index, env)
+        self.check_frames(zip(env.ts, frames, strict=True), lowest, longest, index, env)
+        known = dict(zip(env.ts, frames, strict=True))
+        every_frame = tuple(known.get(t, lowest) for t in env.times)
+        return ty.Moment(turns, every_frame, env.times.start)
+
+    def whole_numbers(
+        self, exact: list[float], ts: Sequence[int | None], index: ast.Expr, env: Env
+    ) -> list[int]:
+        for t, number in zip(ts, exact, strict=True):
+            if abs(number - round(number)) > _WHOLE:
+                where = "" if t is None else f" at t = {t}"
+                message = f"frames have whole numbers, this is {number:g}{where}"
+                self.blame("index", message, index, env)
+        return [round(x) for x in exact]
+
+    def check_frames(
+        self,
+        numbers: Iterable[tuple[Any, int]],
+        lowest: int,
+        longest: int,
+        index: ast.Expr,
+        env: Env,
+    ) -> None:
+        """Refuses an index that leaves the script at some t that reaches it."""
+        numbers = list(numbers)
+        wrong = next(((t, f) for t, f in numbers if not lowest <= f <= longest), None)
+        if wrong is None:
+            return
+        t, frame = wrong
+        if frame < lowest and self.query and t == 0 and env.sum_span is None:
+            raise LeavesAtZero
+        where = "" if t is None else f" at t = {t}"
+        message = f"the script has {_frames(longest)}, this is {frame}{where}"
+        if frame < lowest:
+            rule = "frames count from 1" if lowest else "a script has no fewer than 0 frames"
+            message = f"{rule}, this is {frame}{where}"
+        inside = [t for t, f in numbers if lowest <= f <= longest]
+        hint = None
+        if t is not None and inside and env.sum_span is not None:
+            last = f"T-{self.length - inside[-1]}" if inside[-1] < self.length else "T"
+            hint = f"sum over fewer frames: `sum_{{t in {inside[0]}..{last}}} ...`"
+        self.blame("index", message, index, env, hint)
+
+
+def _frames(count: int) -> str:
+    return f"{count:,} frame{'' if count == 1 else 's'}"

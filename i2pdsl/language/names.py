@@ -1,0 +1,101 @@
+"""Unknown names and wrong calls in what cannot be elaborated: patterns that nothing uses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+from i2pdsl.errors import Diagnostic, Span, did_you_mean
+from i2pdsl.language import ast
+from i2pdsl.language.arguments import MismatchError, bind, unknown_call_hint
+from i2pdsl.language.builtins import FUNCTIONS
+from i2pdsl.language.scope import Module
+from i2pdsl.language.vocabulary import Vocabulary
+
+Report = Callable[[Diagnostic], None]
+
+
+def check_names(
+    node: ast.Expr,
+    module: Module,
+    parameters: Collection[str],
+    world: Vocabulary | None,
+    report: Report,
+) -> None:
+    """Reports the names in an expression that can mean nothing, and calls that fit no pattern.
+
+    Without a world (in a library) a name may be one of a world that is not known yet.
+    """
+    _Names(module, frozenset(parameters), world, report).visit(node, False)
+
+
+class _Names:
+    def __init__(
+        self,
+        module: Module,
+        parameters: frozenset[str],
+        world: Vocabulary | None,
+        report: Report,
+    ):
+        self.module = module
+        self.parameters = parameters
+        self.world = world
+        self.report = report
+        self.known: set[str] = {*parameters, *module.known(), *FUNCTIONS, "pi"}
+        if world is not None:
+            values = {str(v) for latent in world.latents.values() for v in latent.values}
+            self.known |= {*world.latents, *values, *world.places, *world.predicates}
+            self.known |= {*world.characters, *world.things, *world.actions, *world.events}
+
+    def visit(self, node: ast.Node, seen: bool) -> None:
+        """`seen` is whether a predicate of an unknown world may stand here."""
+        match node:
+            case ast.Name():
+                if self.world is not None and node.id not in self.known:
+                    self.unknown("unknown-name", f"unknown name `{node.id}`", node.span, node.id)
+            case ast.Call():
+                self.call(node, seen)
+            case ast.Holds():
+                self.visit(node.predicate, True)
+                self.visit(node.frame, False)
+            case _:
+                for child in ast.children(node):
+                    self.visit(child, seen)
+
+    def unknown(self, code: str, message: str, span: Span, name: str) -> None:
+        hint = did_you_mean(name, self.known)
+        self.report(Diagnostic(code, message, span, hint))
+
+    def call(self, node: ast.Call, seen: bool) -> None:
+        name = node.callee.id
+        found = self.module.find(name) if name not in self.parameters else None
+        if found is not None and isinstance(found.item, ast.Pattern):
+            latents = self.world.latents if self.world is not None else ()
+            try:
+                bound = bind(found.item, node, self.may_be_compared, latents)
+            except MismatchError as wrong:
+                self.report(Diagnostic("arguments", wrong.message, wrong.span, wrong.hint))
+                return
+            for value in bound.values():
+                self.visit(value, True)
+            return
+        predicates = self.world.predicates if self.world is not None else {}
+        if name in FUNCTIONS:
+            low, high = FUNCTIONS[name].arity
+            if not low <= len(node.arguments) <= high:
+                count = f"{low}" if low == high else f"at least {low}"
+                message = f"`{name}` takes {count} argument{'s' if low != 1 else ''}"
+                hint = f"write `{FUNCTIONS[name].signature}`"
+                self.report(Diagnostic("arguments", message, node.span, hint))
+        elif name in self.parameters or found is not None:
+            message = f"`{name}` is no pattern and takes no arguments"
+            self.report(Diagnostic("call", message, node.span))
+        elif name not in predicates and not (seen and self.world is None):
+            known = {*self.module.known_patterns(), *FUNCTIONS, *predicates}
+            message = f"there is no pattern or function `{name}`"
+            hint = unknown_call_hint(name, known)
+            self.report(Diagnostic("unknown-pattern", message, node.callee.span, hint))
+        for argument in node.arguments:
+            self.visit(argument.value, seen)
+
+    def may_be_compared(self, name: str) -> bool:
+        return self.world is None or name in self.known

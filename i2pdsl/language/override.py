@@ -1,0 +1,66 @@
+"""`--set NAME=VALUE`: a story with one of its values replaced, as text, so that what is stored
+with a script is what was really solved."""
+
+from __future__ import annotations
+
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, whole_file
+from i2pdsl.language import ast
+from i2pdsl.language.parse import parse_tolerantly
+from i2pdsl.language.statements import check_text
+
+_STATEMENTS = ("length", "rationality", "plausibility")
+_SEARCH = ("starts", "width")
+
+
+def override(source: Source, name: str, value: str, world_settings: tuple[str, ...] = ()) -> Source:
+    """The story with `name` set to `value` (an expression, as it would be written).
+
+    A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the beam
+    (`starts`, `width`) or of the world (`beta`, ...). Raises StoryError for any other.
+    """
+    check_text(Source(f"--set {name}", value))
+    program, _ = parse_tolerantly(source)
+    for let in program.of(ast.Let):
+        if let.name.id == name:
+            return _replaced(source, let.value.span, value)
+    if name in _STATEMENTS:
+        for statement in program.statements:
+            if isinstance(statement, ast.LengthIs) and name == "length":
+                return _replaced(source, statement.frames.span, value)
+            if isinstance(statement, ast.Weight) and statement.term == name:
+                return _replaced(source, statement.value.span, value)
+        return Source(source.name, f"{source.text.rstrip()}\n{name} {value}\n")
+    if name in _SEARCH:
+        searches = program.of(ast.Search)
+        if not searches:
+            return Source(source.name, f"{source.text.rstrip()}\nsearch beam({name} = {value})\n")
+        return _with_setting(source, searches[0], name, value)
+    worlds = program.of(ast.World)
+    if name in world_settings and worlds:
+        return _with_setting(source, worlds[0], name, value)
+    lets = [let.name.id for let in program.of(ast.Let)]
+    known = (*lets, *_STATEMENTS, *_SEARCH, *world_settings)
+    message = f"--set: the story has no `{name}` to set"
+    hint = did_you_mean(name, known) or "known: " + ", ".join(known)
+    raise StoryError([Diagnostic("set", message, whole_file(source.name), hint)])
+
+
+def _replaced(source: Source, span: Span, value: str) -> Source:
+    text = source.text
+    return Source(source.name, f"{text[: span.start]}{value}{text[span.end :]}")
+
+
+def _with_setting(
+    source: Source, statement: ast.World | ast.Search, name: str, value: str
+) -> Source:
+    for argument in statement.settings:
+        if argument.name is not None and argument.name.id == name:
+            return _replaced(source, argument.value.span, value)
+    if statement.settings:
+        last = statement.settings[-1].span
+        return _replaced(source, Span(source, last.end, last.end), f", {name} = {value}")
+    end = statement.name.span.end
+    # An empty pair of brackets may stand there already.
+    rest = statement.span.text[end - statement.span.start :]
+    span = Span(source, end, statement.span.end if rest.strip() == "()" else end)
+    return _replaced(source, span, f"({name} = {value})")

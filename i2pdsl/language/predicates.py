@@ -1,0 +1,130 @@
+"""What can be seen: predicates of frames and of the start, and the places and names in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from i2pdsl.errors import did_you_mean
+from i2pdsl.language import ast
+from i2pdsl.language import typed as ty
+from i2pdsl.language.arithmetic import Arithmetic
+from i2pdsl.language.elaboration import INSIDE, KINDS, Item
+from i2pdsl.language.scope import Env
+
+
+class Predicates(Arithmetic):
+    """`[predicate @ script[k]]` and the conditions of `start`."""
+
+    def on_holds(self, node: ast.Holds, env: Env) -> Item:
+        if env.inside == "start":
+            message = "the start has no frames yet, its condition stands without brackets"
+            hint = f"write `start {node.predicate.span.text}`"
+            self.fail("predicate", message, node.span, env, hint)
+        if env.inside:
+            message = f"a frame cannot stand inside {INSIDE[env.inside]}"
+            hint = "viewers know what they see; put the frame outside the belief"
+            self.fail("event", message, node.span, env, hint)
+        item = self.item(node.frame, env)
+        if item.kind != "frame":
+            message = f"expected a frame of a script, found {KINDS[item.kind]}"
+            self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
+        before, self.moment = self.moment, item.value
+        try:
+            value = self.item(node.predicate, replace(env, inside="frame"))
+        finally:
+            self.moment = before
+        features = [n for n in ty.walk(value.value) if isinstance(n, ty.Feature)]
+        if value.kind not in ("number", "truth") or not features:
+            hint = "predicates: " + ", ".join(p.name for p in self.world.predicates.values())
+            self.blame("predicate", "expected a predicate of the world", node.predicate, env, hint)
+        if value.kind == "truth":
+            if isinstance(value.value, ty.Feature):
+                return Item("number", value.value)
+            one, zero = ty.Constant(1.0), ty.Constant(0.0)
+            return Item("number", ty.Apply("choose", (value.value, one, zero)))
+        return value
+
+    def predicate(self, node: ast.Call, env: Env) -> Item:
+        predicate = self.world.predicates[node.callee.id]
+        shown = f"{predicate.name}({', '.join(predicate.parameters)})"
+        if env.inside not in ("frame", "start"):
+            hint = f"write `[{predicate.name}(...) @ script[t]]`"
+            message = f"`{predicate.name}` is asked of a frame"
+            self.fail("predicate", message, node.span, env, hint)
+        if env.inside == "start" and (predicate.needs_action or predicate.is_number):
+            message = f"`{predicate.name}` needs a frame, but nothing has happened at the start"
+            hint = "the start is described by `at`, `absent` and `adjacent`"
+            self.fail("predicate", message, node.span, env, hint)
+        count = len(predicate.parameters)
+        if len(node.arguments) != count:
+            message = f"`{predicate.name}` takes {count} argument{'' if count == 1 else 's'}"
+            self.fail("arguments", message, node.span, env, f"write `{shown}`")
+        for argument in node.arguments:
+            if argument.name is not None:
+                message = f"`{predicate.name}` has no parameter `{argument.name.id}`"
+                self.fail("arguments", message, argument.span, env, f"write `{shown}`")
+        arguments = self.each(
+            [
+                lambda k=kind, a=argument: self.feature_argument(k, a.value, env)  # type: ignore[misc]
+                for kind, argument in zip(predicate.parameters, node.arguments, strict=True)
+            ]
+        )
+        moment = self.moment if env.inside == "frame" else None
+        kind = "number" if predicate.is_number else "truth"
+        return Item(kind, ty.Feature(predicate.name, tuple(arguments), moment))
+
+    def feature_argument(self, kind: str, node: ast.Expr, env: Env) -> Any:
+        if kind == "place":
+            return self.place(node, env)
+        if kind == "character":
+            return self.character(node, env)
+        known = self.world.things if kind == "object" else self.entities
+        return self.entities.index(self.named(node, env, known, kind))
+
+    def character(self, node: ast.Expr, env: Env) -> int:
+        name = self.named(node, env, self.world.characters, "character")
+        return self.world.characters.index(name)
+
+    def named(self, node: ast.Expr, env: Env, known: Sequence[str], what: str) -> str:
+        """The character, object or either that an expression names."""
+        stripped, inner = self.strip(node, env, known)
+        code = {"character": "no-character", "object": "no-object"}.get(what, "no-thing")
+        label = {"thing": "character or object"}.get(what, what)
+        if not isinstance(stripped, ast.Name):
+            hint = "known here: " + ", ".join(known)
+            self.blame(code, f"expected the name of a {label}", node, env, hint)
+        if stripped.id in known:
+            return stripped.id
+        message = f"there is no {label} `{stripped.id}`"
+        hint = did_you_mean(stripped.id, known) or ""
+        if stripped.id in self.entities:
+            other = "a character" if stripped.id in self.world.characters else "an object"
+            message = f"`{stripped.id}` is {other}, expected the name of a {label}"
+            hint = "known here: " + ", ".join(known)
+        self.fail(code, message, stripped.span, inner, hint or None)
+
+    def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
+        """The cells that a tile's name or a pair (column, row) stands for."""
+        stripped, inner = self.strip(node, env, tuple(self.world.places))
+        if isinstance(stripped, ast.Name):
+            if stripped.id not in self.world.places:
+                hint = did_you_mean(stripped.id, self.world.places) or "or write (column, row)"
+                message = f"there is no tile `{stripped.id}`"
+                self.fail("no-place", message, stripped.span, inner, hint)
+            return self.world.places[stripped.id]
+        item = self.item(stripped, replace(inner, inside="", times=None))
+        if item.kind != "pair":
+            hint = "write a tile's name or (column, row)"
+            self.blame("no-place", f"expected a place, found {KINDS[item.kind]}", node, env, hint)
+        column, row = item.value
+        hint = "columns and rows count from 0 at the top left"
+        if (column, row) not in self.world.free:
+            size = f"{self.world.columns} columns and {self.world.rows} rows"
+            inside = 0 <= column < self.world.columns and 0 <= row < self.world.rows
+            what = "is a wall" if inside else f"is outside the map of {size}"
+            if inside and (column != int(column) or row != int(row)):
+                what = "is no cell"
+            self.blame("no-place", f"({column:g}, {row:g}) {what}", node, env, hint)
+        return ((int(column), int(row)),)

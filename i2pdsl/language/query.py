@@ -1,0 +1,90 @@
+"""Questions about a finished script: one expression, with t free or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.language import ast
+from i2pdsl.language import typed as ty
+from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
+from i2pdsl.language.parse import parse_expression
+from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.statements import room_for_nesting
+from i2pdsl.language.story import default_assumption
+from i2pdsl.language.vocabulary import Vocabulary
+
+
+@dataclass(frozen=True)
+class TypedQuery:
+    """A checked query: the frames t that it covers (None without a free t), and its value."""
+
+    value: ty.Typed
+    times: range | None
+    warnings: tuple[Diagnostic, ...]
+
+
+def check_query(
+    source: Source,
+    vocabulary: Vocabulary,
+    module: Module,
+    length: int,
+    assumption: ty.Mask | None = None,
+    assume: Source | None = None,
+) -> TypedQuery:
+    """Checks an expression over a finished script of `length` frames.
+
+    `assumption` is the story's; `assume` is the text of another one ('nothing' drops it).
+    Raises StoryError.
+    """
+    problems: list[Diagnostic] = []
+    elaborator = Elaborator(vocabulary, length, problems.append, query=True)
+    env = Env(module)
+    value: ty.Typed = ty.Constant(0.0)
+    times = range(length + 1)
+    with room_for_nesting():
+        if assume is not None:
+            nothing = assume.text.strip() == "nothing"
+            condition = None if nothing else parse_expression(assume)
+            elaborator.assumption = read_assumption(elaborator, condition, env)
+        else:
+            elaborator.assumption = assumption or default_assumption(vocabulary)
+        node = parse_expression(source)
+        try:
+            try:
+                value = _value(elaborator, node, env, times)
+            except LeavesAtZero:
+                times = range(1, length + 1)
+                value = _value(elaborator, node, env, times)
+        except Stop:
+            pass
+    errors = [d for d in problems if d.severity == "error"]
+    if errors:
+        raise StoryError(list(dict.fromkeys(errors)))
+    return TypedQuery(value, times if value.axes.time else None, tuple(dict.fromkeys(problems)))
+
+
+def _value(elaborator: Elaborator, node: ast.Expr, env: Env, times: range) -> ty.Typed:
+    env = replace(env, times=times)
+    item = elaborator.item(node, env)
+    if isinstance(item.value, ty.Distribution):
+        return item.value
+    if item.kind not in ("number", "truth"):
+        elaborator.wrong_kind("a number", item, node, env)
+    return elaborator.folded(item.value, times, node, env)
+
+
+def read_assumption(elaborator: Elaborator, condition: ast.Expr | None, env: Env) -> ty.Mask:
+    """The mask of an `assume`; `assume nothing` keeps every hypothesis."""
+    every = (True,) * len(elaborator.world.hypotheses)
+    if condition is None:
+        return every
+    try:
+        mask = elaborator.mask(condition, env, "condition")
+    except Stop:
+        return every
+    if not any(mask):
+        message = "no hypothesis fulfils this assumption"
+        elaborator.report(Diagnostic("impossible", message, condition.span))
+        return every
+    return mask

@@ -1,0 +1,126 @@
+"""Mistakes in lets and patterns that nothing uses, as far as they can be told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from i2pdsl.errors import Diagnostic
+from i2pdsl.language import ast
+from i2pdsl.language.elaborate import Elaborator
+from i2pdsl.language.elaboration import LeavesAtZero, Stop
+from i2pdsl.language.names import Report, check_names
+from i2pdsl.language.scope import Env, Module
+
+_BELIEFS = (
+    ast.Probability,
+    ast.Expectation,
+    ast.Divergence,
+    ast.Entropy,
+    ast.Surprise,
+    ast.Suspense,
+    ast.Holds,
+    ast.Script,
+)
+# What depends on the sum that a `let` will be put into.
+_DEPENDS_ON_USE = ("index", "range", "arithmetic", "free-time", "nested-sum", "certain", "type")
+
+
+def check_unused(
+    program: ast.Program, module: Module, elaborator: Elaborator | None, report: Report
+) -> None:
+    """Checks every definition of a file that nothing has put in yet.
+
+    Without an elaborator the file is a library, and the world unknown.
+    """
+    used = elaborator.used if elaborator is not None else set()
+    unused = [d for d in program.statements if isinstance(d, ast.Let | ast.Pattern)]
+    unused = [d for d in unused if id(d) not in used]
+    for definition in unused:
+        if isinstance(definition, ast.Let) and elaborator is not None:
+            if id(definition) not in elaborator.used:
+                _check_let(definition, module, elaborator, report)
+            continue
+        world = elaborator.world if elaborator is not None else None
+        parameters: list[str] = []
+        if isinstance(definition, ast.Pattern):
+            parameters = [p.name.id for p in definition.parameters]
+            for parameter in definition.parameters:
+                if parameter.default is not None:
+                    check_names(parameter.default, module, parameters, world, report)
+            body = definition.body
+        else:
+            body = definition.value
+        check_names(body, module, parameters, world, report)
+    _check_circles(unused, module, report)
+
+
+def _check_let(let: ast.Let, module: Module, elaborator: Elaborator, report: Report) -> None:
+    """Elaborates a `let` as what it seems to be: an event, a quantity, or a number over t."""
+    parts = list(ast.walk(let.value))
+    calls = {p.callee.id for p in parts if isinstance(p, ast.Call)}
+    names = {p.id for p in parts if isinstance(p, ast.Name)}
+    names |= {a.name.id for p in parts if isinstance(p, ast.Call) for a in p.arguments if a.name}
+    if isinstance(let.value, ast.Name) or calls & elaborator.world.predicates.keys():
+        check_names(let.value, module, (), elaborator.world, report)
+        return
+
+    def report_certain(problem: Diagnostic) -> None:
+        if problem.code not in _DEPENDS_ON_USE:
+            report(problem)
+
+    probe = Elaborator(elaborator.world, elaborator.length, report_certain, query=True)
+    probe.assumption, probe.used = elaborator.assumption, elaborator.used
+    env = Env(module, times=range(1, elaborator.length + 1))
+    if any(isinstance(p, ast.ValueOf) for p in parts):
+        env = replace(env, inside="quantity")
+    elif names & elaborator.world.latents.keys():
+        env = replace(env, inside="event")
+    if any(isinstance(p, _BELIEFS) for p in parts):
+        env = replace(env, inside="")
+    try:
+        probe.item(let.value, env)
+    except (Stop, LeavesAtZero):
+        return
+
+
+def _check_circles(
+    definitions: list[ast.Let | ast.Pattern], module: Module, report: Report
+) -> None:
+    """Reports each circle of definitions once, where it closes."""
+    ours = {d.name.id: d for d in definitions}
+    done: set[str] = set()
+
+    def visit(name: str, chain: tuple[str, ...]) -> None:
+        for used in _used_names(ours[name]):
+            if used.id in chain:
+                shown = " -> ".join((*chain[chain.index(used.id) :], used.id))
+                message = f"`{used.id}` is defined by itself: {shown}"
+                report(Diagnostic("recursion", message, used.span))
+                done.update(chain)
+            elif used.id in ours and used.id not in done and len(chain) < len(ours):
+                visit(used.id, (*chain, used.id))
+        done.add(name)
+
+    for name in ours:
+        found = module.names.get(name)
+        if name not in done and found is not None and found.item is ours[name]:
+            visit(name, (name,))
+
+
+def _used_names(definition: ast.Let | ast.Pattern) -> Iterator[ast.Name]:
+    """The names in a definition that are not its own parameters."""
+    own: set[str] = set()
+    bodies: list[ast.Expr] = []
+    if isinstance(definition, ast.Pattern):
+        own = {p.name.id for p in definition.parameters}
+        bodies = [p.default for p in definition.parameters if p.default is not None]
+        bodies.append(definition.body)
+    else:
+        bodies.append(definition.value)
+    for body in bodies:
+        for part in ast.walk(body):
+            if isinstance(part, ast.Call) and part.callee.id not in own:
+                yield part.callee
+            elif isinstance(part, ast.Name) and part.id not in own:
+                yield part

@@ -1,0 +1,182 @@
+"""What an expression may see: moments of a script, one at a time or all at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from i2pdsl.audience.filter import update
+from i2pdsl.language import typed as ty
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+
+class Frame(NamedTuple):
+    """One frame. Leading axes are free (candidates, time); O observers, H hypotheses.
+
+    Attributes:
+        number: t.
+        before, action, state: the state before, what happened, the state at the end.
+        previous, belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
+        expecting: the belief just before each observed action, [..., U, O, H].
+        log_rows: log P(action | H) of each observed action, [..., U, O, H].
+    """
+
+    number: Array
+    before: Array
+    action: Array
+    state: Array
+    previous: Array
+    belief: Array
+    expecting: Array
+    log_rows: Array
+
+
+def observe(
+    world: World, tables: Any, number: Array, state: Array, action: Array, belief: Array
+) -> Frame:
+    """The frame that an action makes from a state and a belief: the audience's one step."""
+    xp = belief.__array_namespace__()
+    rows = world.log_rows(tables, state, action)
+    seen = world.is_observed(action)[..., None, None]
+    expecting, current = [], belief
+    for row in rows:
+        expecting.append(current)
+        updated = update(current, row, world.forgetting(tables))
+        current = xp.where(seen, updated, current)
+    after = world.transition(tables, state, action)
+    return Frame(
+        number,
+        state,
+        action,
+        after,
+        belief,
+        current,
+        xp.stack(expecting, axis=-3),
+        xp.stack(rows, axis=-3),
+    )
+
+
+@dataclass(frozen=True)
+class View:
+    """A moment as a form sees it.
+
+    `exists` is True where it always does; else an array, and what does not exist counts 0.
+    Prefix forms read `belief` and `state`; frame forms read the whole `frame`.
+    """
+
+    belief: Array
+    state: Array
+    frame: Frame | None
+    exists: Array | bool = True
+
+
+class StepScope:
+    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
+
+    def __init__(self, world: World, tables: Any, params: Any, frame: Frame):
+        self.world, self.tables, self.params = world, tables, params
+        self.t, self.frame = frame.number, frame
+        self.xp = frame.belief.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        frame = self.frame
+        if moment.offset == 0:
+            return View(frame.belief, frame.state, frame)
+        if moment.offset == -1:
+            return View(frame.previous, frame.before, None)
+        return _prior(self)
+
+
+class StartScope:
+    """t = 0: nothing has moved. Frames do not exist, the prior does."""
+
+    def __init__(self, world: World, tables: Any, params: Any, state: Array, zero: Array):
+        self.world, self.tables, self.params = world, tables, params
+        self.t, self.state = zero, state
+        self.xp = zero.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        index = moment.frames[-moment.first] if moment.first is not None else moment.frames[0]
+        return _prior(self, exists=index == 0, state=self.state)
+
+
+def _prior(scope: Any, exists: Array | bool = True, state: Array | None = None) -> View:
+    belief = scope.world.log_prior(scope.tables)
+    return View(belief, state, None, exists)
+
+
+class EndScope:
+    """At the end of a prefix of n frames, for a single t (or none): `last` and appended frames.
+
+    Reaches the prior, frame T where n = T, and the frames of appended turns.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        tables: Any,
+        params: Any,
+        last: Frame,
+        first_state: Array,
+        length: int,
+        suffixes: dict[tuple[ty.Turn, ...], list[tuple[Frame, Array]]],
+        t: int | None = None,
+    ):
+        self.world, self.tables, self.params = world, tables, params
+        self.last, self.length, self.suffixes = last, length, suffixes
+        self.first_state = first_state
+        self.xp = last.belief.__array_namespace__()
+        self.t = t
+
+    def view(self, moment: ty.Moment) -> View:
+        index = moment.frames[0 if moment.first is None else (self.t or 0) - moment.first]
+        if index == 0:
+            return _prior(self, state=self.first_state)
+        if index > self.length:
+            frame, possible = self.suffixes[moment.turns][index - self.length - 1]
+            return View(frame.belief, frame.state, frame, possible)
+        frame = self.last
+        return View(
+            frame.belief, frame.state, frame, (frame.number == self.length) & (index == self.length)
+        )
+
+
+class HistoryScope:
+    """All frames at once: t is an array [n_t], and forms give one number for each t.
+
+    `frames` holds the frames 0..T and then appended ones, along the first axis; frame 0 carries
+    the prior as its belief. `count` is the number of frames that exist so far.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        tables: Any,
+        params: Any,
+        histories: dict[tuple[ty.Turn, ...], tuple[Frame, Array]],
+        count: Array | int,
+        length: int,
+        times: Array | None,
+    ):
+        self.world, self.tables, self.params = world, tables, params
+        self.histories, self.count, self.length = histories, count, length
+        self.t = times
+        self.xp = histories[()][0].belief.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        frames, possible = self.histories[moment.turns]
+        total = self.length + len(moment.turns)
+        if moment.first is None:
+            index: Any = moment.frames[0]
+            reached: Any = 0 <= index <= total
+        else:
+            assert self.t is not None
+            table = self.xp.asarray(moment.frames)
+            index = table[self.xp.clip(self.t - moment.first, 0, len(moment.frames) - 1)]
+            reached = (index >= 0) & (index <= total)
+        safe = self.xp.clip(self.xp.asarray(index), 0, total)
+        frame = Frame(*(part[safe] for part in frames))
+        exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
+        return View(frame.belief, frame.state, frame, exists)

@@ -1,0 +1,40 @@
+"""The cache of solved plans: arrays by name, safe to delete, damage or share at any time."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+
+import numpy as np
+
+from i2pdsl.resources import atomic_path, cache_folder
+
+VERSION = 1  # of the files' content; another version is another name
+
+
+def load(name: str, say: Callable[[str], None] | None = None) -> dict[str, np.ndarray] | None:
+    """The arrays stored under a name, or None. A damaged entry is said and removed."""
+    path = cache_folder("plans") / f"{name}-v{VERSION}.npz"
+    try:
+        # zip entries carry checksums, so damage anywhere is noticed.
+        with np.load(path, allow_pickle=False) as archive:
+            return {key: archive[key] for key in archive.files}
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as problem:
+        if say is not None:
+            say(f"the cached plan {path.name} is damaged ({problem}); it is made again")
+        path.unlink(missing_ok=True)
+        return None
+
+
+def save(
+    name: str, arrays: dict[str, np.ndarray], say: Callable[[str], None] | None = None
+) -> None:
+    """Stores arrays under a name; a full or read-only disk is said, not fatal."""
+    try:
+        with atomic_path(cache_folder("plans") / f"{name}-v{VERSION}.npz") as temporary:
+            np.savez(temporary, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+    except OSError as problem:
+        if say is not None:
+            say(f"the plan could not be cached: {problem}")

@@ -1,0 +1,70 @@
+"""Progress on standard error: bars on a terminal, nothing elsewhere."""
+
+from __future__ import annotations
+
+import math
+import sys
+from types import TracebackType
+from typing import Any
+
+from i2pdsl.pipeline import Watch
+
+
+def say(message: str) -> None:
+    """A message for the person at the terminal; standard output carries results only."""
+    print(message, file=sys.stderr, flush=True)
+
+
+class Bars:
+    """Progress bars for planning, searching and drawing. Use it as a context."""
+
+    def __init__(self) -> None:
+        self.bar: Any = None
+        self.name = ""
+        self.watch = Watch(self._planning, self._searching, say)
+
+    def __enter__(self) -> Bars:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self.bar is not None:
+            self.bar.close()
+            self.bar = None
+
+    def _show(self, name: str, total: int) -> Any:
+        if self.bar is None or self.name != name:
+            from tqdm import tqdm
+
+            self.close()
+            self.name = name
+            layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
+            shown = not sys.stderr.isatty()
+            self.bar = tqdm(total=total, desc=name, bar_format=layout, disable=shown, leave=False)
+        return self.bar
+
+    def _planning(self, who: str, sweep: int, residual: float, expected: float | None) -> None:
+        # Values settle geometrically, so progress is measured in the logarithm of the residual.
+        bar = self._show(f"planning {who}", 1000)
+        if expected is not None and expected > 0:
+            bar.n = min(999, round(1000 * sweep / max(expected, sweep)))
+        residual_shown = "" if math.isinf(residual) else f", residual {residual:.1e}"
+        bar.set_postfix_str(f"sweep {sweep}{residual_shown}", refresh=True)
+
+    def _searching(self, done: int, total: int) -> None:
+        bar = self._show("searching", total)
+        bar.n = done
+        bar.refresh()
+
+    def drawing(self, name: str, done: int, total: int) -> None:
+        """One more frame of a film is drawn."""
+        bar = self._show(f"drawing {name}", total)
+        bar.n = done
+        bar.refresh()

@@ -1,0 +1,191 @@
+"""All pictures of a finished script: which there are, what they show, where they go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.pipeline import Script
+from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
+from i2pdsl.render.stage import Actor, Stage, Tile
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+
+FORMATS = ("png", "svg", "gif", "mp4", "html")
+KEY_FRAMES = 8
+# For values and characters that the palette does not name; dashes and labels tell them apart too.
+_MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
+
+Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
+
+
+def stage_of(spec: GridSpec) -> Stage:
+    """A world as the drawing sees it."""
+    tiles = tuple(Tile(t.name, cell, t.color) for t in spec.tiles for cell in t.cells)
+    cast = [Actor(c.name, c.sprite, c.color, "character") for c in spec.characters]
+    cast += [Actor(t.name, t.sprite, t.color, "object") for t in spec.things]
+    return Stage(spec.name, spec.rows, tiles, tuple(cast), spec.floor, spec.wall)
+
+
+class Pictures:
+    """Draws one script; what several pictures share is computed once."""
+
+    def __init__(self, script: Script, title: str | None = None):
+        self.script = script
+        self.stage = stage_of(script.world.spec)
+        self.document: dict[str, Any] = script.record.as_json()
+        self.title = title or str(script.record.story.get("name") or script.world.name)
+
+    @cached_property
+    def film(self) -> Any:
+        """The choreography."""
+        from i2pdsl.render.choreography import choreograph
+
+        return choreograph(self.stage, self.document)
+
+    @cached_property
+    def panels(self) -> tuple[Panel, ...]:
+        """The audience's mind over time: goals, alignment, rationality, values."""
+        spec, ask = self.script.world.spec, self.script.query
+        found = []
+        for c in spec.characters:
+            if len(c.goals) > 1:
+                goal = goal_of(c.name)
+                beliefs = ask(f"P({goal} | script[:t])")
+                series = _series(zip(c.goals, beliefs.T, strict=True))
+                found.append(Panel(f"{c.name}'s goal", "probability", series))
+        if spec.social:
+            kinds = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
+            possible = {
+                "hindering": min(spec.social.attitude) < 0,
+                "indifferent": 0 in spec.social.attitude,
+                "helping": max(spec.social.attitude) > 0,
+            }
+            curves = [
+                (name, ask(f"P({ATTITUDE} {test} | script[:t])"))
+                for name, test in kinds.items()
+                if possible[name]
+            ]
+            found.append(Panel(f"{spec.social.name}'s alignment", "probability", _series(curves)))
+        names = [c.name for c in spec.characters]
+        rational = [
+            (n, ask(f"P({rationality_of(n)} | script[:t])", assume="nothing")) for n in names
+        ]
+        found.append(Panel("rationality", "probability", _series(rational)))
+        values = [(n, ask(f"E[V({n}) | script[:t]]")) for n in names]
+        found.append(Panel("expected value", "value", _series(values), "value"))
+        return tuple(found)
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The frames in which an event happened."""
+        found = []
+        for t, frame in enumerate(self.document["frames"], 1):
+            event = frame.get("event")
+            if event:
+                thing = next(v for k, v in event.items() if k != "to")
+                found.append(Mark(t, f"the {thing} falls"))
+        return tuple(found)
+
+    def captions(self, frames: list[int]) -> list[str]:
+        """For each frame what viewers believe most, of the alignment or else of the goals."""
+        panels = [p for p in self.panels if "alignment" in p.title] or [
+            p for p in self.panels if p.kind == "probability" and p.title != "rationality"
+        ]
+        lines = []
+        for t in frames:
+            parts = []
+            for panel in panels[:2]:
+                best = max(panel.series, key=lambda s, t=t: s.values[t])  # type: ignore[misc]
+                who = panel.title.removesuffix("'s goal").removesuffix("'s alignment")
+                verb = "wants" if "goal" in panel.title else "is"
+                parts.append(f"{who} {verb} {best.label} ({_percent(best.values[t])})")
+            lines.append(", ".join(parts))
+        return lines
+
+    def beliefs(self) -> np.ndarray:
+        """All probability curves side by side: [T + 1, n]."""
+        curves = [s.values for p in self.panels if p.kind == "probability" for s in p.series]
+        return np.stack(curves, axis=1)
+
+    def meters(self) -> list[tuple[str, str, np.ndarray]]:
+        """The curves below the film: the alignment's if there is one, else the first goal's."""
+        chosen = [p for p in self.panels if "alignment" in p.title] or list(self.panels[:1])
+        return [(s.label, s.color, s.values) for s in chosen[0].series]
+
+    # Files.
+
+    def save(
+        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
+    ) -> dict[str, Path]:
+        """Writes the pictures of the formats asked for; returns name -> path."""
+        folder.mkdir(parents=True, exist_ok=True)
+        files: dict[str, Path] = {}
+        if "png" in formats or "svg" in formats:
+            files.update(self._still(folder, formats))
+        for kind in ("gif", "mp4"):
+            if kind in formats:
+                files[kind] = self._film(folder / f"film.{kind}", progress)
+        if "html" in formats:
+            from i2pdsl.render.page import save_page
+
+            files["html"] = save_page(
+                folder / "page.html",
+                self.stage,
+                self.document,
+                self.film,
+                self.panels,
+                self.title,
+                str(self.script.record.story.get("source") or ""),
+                marks=self.marks,
+            )
+        return files
+
+    def _still(self, folder: Path, formats: tuple[str, ...]) -> dict[str, Path]:
+        from i2pdsl.render.comic import comic_svg, key_frames
+        from i2pdsl.render.mind import save_mind
+        from i2pdsl.render.raster import save_png, save_svg
+
+        frames = key_frames(self.document, self.beliefs(), KEY_FRAMES)
+        comic = comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
+        files = {}
+        for kind in ("png", "svg"):
+            if kind in formats:
+                files[f"comic.{kind}"] = folder / f"comic.{kind}"
+                if kind == "png":
+                    save_png(files["comic.png"], comic, zoom=1.5)
+                else:
+                    save_svg(files["comic.svg"], comic)
+                path = folder / f"mind.{kind}"
+                title = f"What viewers believe: {self.title}"
+                files[f"mind.{kind}"] = save_mind(path, self.panels, title, marks=self.marks)
+        return files
+
+    def _film(self, path: Path, progress: Progress | None) -> Path:
+        from i2pdsl.render.film import save_gif, save_mp4
+
+        save = save_gif if path.suffix == ".gif" else save_mp4
+        report = None
+        if progress is not None:
+            report = lambda done, total: progress(path.name, done, total)
+        save(path, self.stage, self.film, title=self.title, meters=self.meters(), progress=report)
+        return path
+
+
+def _series(curves: Any) -> tuple[Series, ...]:
+    found = []
+    for number, (label, values) in enumerate(curves):
+        color = PALETTE.get(label, _MORE_COLORS[number % len(_MORE_COLORS)])
+        found.append(Series(str(label), np.asarray(values), color))
+    return tuple(found)
+
+
+def _percent(p: float) -> str:
+    """A probability for people: 0.997 as 99.7 %, but never 100 % where it is not certain."""
+    if p >= 0.995:
+        return "> 99 %"
+    return f"{100 * p:.0f} %"

@@ -1,0 +1,247 @@
+"""Beam search over scripts, from many initial states at once (paper, section 3).
+
+Starts are independent: each has its own beam. They are searched in blocks that bound the memory;
+between blocks the search can be interrupted, and keeps what it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from i2pdsl.objective.compile import Objective, Params
+from i2pdsl.objective.frame import Frame
+from i2pdsl.resources import cache_folder
+from i2pdsl.search.rollout import Node, advance, children, root, scores
+from i2pdsl.worlds.grid.world import GridWorld
+
+Array = Any
+
+BLOCK_BYTES = 192 * 2**20  # of working memory for one block of starts
+
+
+@dataclass(frozen=True)
+class Found:
+    """The best script from each start, best first.
+
+    Attributes:
+        starts: [N] initial states.
+        actions: [N, T].
+        scores: [N], in single precision.
+        finished: whether all starts were searched.
+        compile_seconds: time spent on tracing and compiling.
+    """
+
+    starts: np.ndarray
+    actions: np.ndarray
+    scores: np.ndarray
+    finished: bool
+    compile_seconds: float
+
+
+def draw_starts(allowed: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """`count` different initial states, uniformly from the allowed ones; all if there are fewer."""
+    generator = np.random.default_rng(seed)
+    if count >= len(allowed):
+        return generator.permutation(allowed)
+    return generator.choice(allowed, size=count, replace=False)
+
+
+def beam_search(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    starts: np.ndarray,
+    width: int,
+    events: tuple[int, ...],
+    report: Callable[[int, int], None] | None = None,
+) -> Found:
+    """Searches from every start. Ctrl-C ends it early with what was found.
+
+    Args:
+        starts: [N] initial states.
+        width: scripts kept for each start.
+        events: the allowed events, as numbers of `world.moves.events`.
+        report: called with (starts done, all starts).
+
+    Raises KeyboardInterrupt if it is interrupted before anything was found.
+    """
+    import time
+
+    enable_compilation_cache()
+    block = min(len(starts), block_size(world, objective, length, width, events))
+    tables = single_precision(world)
+    params = jax.tree.map(_single, objective.params)
+    began = time.perf_counter()
+    run = _compiled(world, objective, length, width, events, block, tables, params)
+    compile_seconds = time.perf_counter() - began
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+    done = 0
+    try:
+        while done < len(starts):
+            chunk = starts[done : done + block]
+            padded = np.resize(chunk, block).astype(np.int32)
+            best, actions = jax.device_get(run(tables, params, padded))
+            found.append((best[: len(chunk)], actions[: len(chunk)]))
+            done += len(chunk)
+            if report is not None:
+                report(done, len(starts))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    best = np.concatenate([b for b, _ in found])
+    actions = np.concatenate([a for _, a in found])
+    order = np.argsort(-best, kind="stable")
+    return Found(
+        starts[:done][order], actions[order], best[order], done == len(starts), compile_seconds
+    )
+
+
+def block_size(
+    world: GridWorld, objective: Objective, length: int, width: int, events: tuple[int, ...]
+) -> int:
+    """How many starts fit into BLOCK_BYTES."""
+    branching = world.moves.turn_count + len(events) * world.moves.cell_count
+    belief = world.tables.log_prior.size
+    per_child = 4 * belief * 8
+    if objective.keeps_history:
+        per_child += 4 * belief * 8 * (length + 1)
+    return max(1, int(BLOCK_BYTES // (per_child * branching * width)))
+
+
+def single_precision(world: GridWorld) -> Any:
+    """A world's tables as JAX arrays in single precision."""
+    return jax.tree.map(_single, world.tables)
+
+
+def _single(array: np.ndarray) -> Array:
+    array = np.asarray(array)
+    if array.dtype == np.float64:
+        return jnp.asarray(array, dtype=jnp.float32)
+    if array.dtype == np.int64:
+        return jnp.asarray(array, dtype=jnp.int32)
+    return jnp.asarray(array)
+
+
+_programs: dict[tuple[Any, ...], Any] = {}
+
+
+def _compiled(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    width: int,
+    events: tuple[int, ...],
+    block: int,
+    tables: Any,
+    params: Params,
+) -> Any:
+    """The compiled search for a block: one for each shape of story and world."""
+    shapes = tuple((a.shape, str(a.dtype)) for a in jax.tree.leaves((tables, params)))
+    key = (
+        objective.shape,
+        world.moves,
+        tuple(world.cell_number),
+        length,
+        width,
+        events,
+        block,
+        shapes,
+    )
+    if key not in _programs:
+        search = partial(_search_block, world, objective, length, width, events)
+        example = jax.ShapeDtypeStruct((block,), jnp.int32)
+        _programs[key] = jax.jit(search).lower(tables, params, example).compile()
+    return _programs[key]
+
+
+def _search_block(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    width: int,
+    events: tuple[int, ...],
+    tables: Any,
+    params: Params,
+    starts: Array,
+) -> tuple[Array, Array]:
+    """The best score [B] and its actions [B, T] for a block of starts."""
+
+    def first(state: Array) -> Node:
+        node = root(world, objective, tables, params, state)
+        beam = jax.tree.map(lambda x: jnp.broadcast_to(x, (width, *jnp.shape(x))), node)
+        # Only one empty script: the other places of the beam are still free.
+        dead = jnp.where(jnp.arange(width) == 0, 0.0, -jnp.inf)
+        return beam._replace(score=dead.astype(node.score.dtype))
+
+    def expand(node: Node) -> tuple[Frame, Array]:
+        frames, real = children(world, tables, node, events)
+        return frames, scores(objective, tables, params, node, frames, real)
+
+    def choose(beam: Node) -> tuple[Node, tuple[Array, Array]]:
+        frames, values = jax.vmap(expand)(beam)  # [W, K, ...], [W, K]
+        count = values.shape[1]
+        if width == 1:
+            picked = jnp.argmax(values, axis=1)
+        else:
+            picked = _best_different(width, objective.keeps_history, frames, values, beam)
+        parent, child = picked // count, picked % count
+        frame = jax.tree.map(lambda x: x[parent, child], frames)
+        parents = jax.tree.map(lambda x: x[parent], beam)
+        step = partial(advance, objective, tables, params)
+        return jax.vmap(step)(parents, frame, values[parent, child]), (parent, frame.action)
+
+    def turn(beams: Node, _: None) -> tuple[Node, tuple[Array, Array]]:
+        return jax.vmap(choose)(beams)
+
+    beams, (parents, actions) = jax.lax.scan(turn, jax.vmap(first)(starts), None, length=length)
+    best = jnp.argmax(beams.score, axis=1)
+
+    def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
+        parent, action = step
+        rows = jnp.arange(place.shape[0])
+        return parent[rows, place], action[rows, place]
+
+    _, path = jax.lax.scan(back, best, (parents, actions), reverse=True)
+    return beams.score[jnp.arange(len(starts)), best], path.T
+
+
+def _best_different(
+    width: int, keeps_history: bool, frames: Frame, values: Array, beam: Node
+) -> Array:
+    """The best children [W] as flat indices, leaving out those that others repeat.
+
+    Two prefixes repeat each other if they have the same state, belief, score and sums: all that
+    could follow one can follow the other. Where the history counts, nothing repeats.
+    """
+    flat = values.reshape(-1)
+    if keeps_history:
+        return jax.lax.top_k(flat, min(width, flat.size))[1]
+    top, index = jax.lax.top_k(flat, min(2 * width, flat.size))
+    count = values.shape[1]
+    parent, child = index // count, index % count
+    state = frames.state[parent, child]
+    belief = jnp.exp(frames.belief[parent, child]).reshape(len(index), -1)
+    # One number for a belief: weights without structure tell different ones apart.
+    weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898) * 4.0
+    sums, tried = beam.carry.sums[parent], beam.carry.tried[parent]
+    marks = jnp.concatenate([top[:, None], (belief @ weights)[:, None], sums, tried], axis=1)
+    near = jnp.abs(marks[:, None] - marks[None]) <= 1e-6 * (1 + jnp.abs(marks[None]))
+    same = near.all(-1) & (state[:, None] == state[None])
+    repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)
+    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), width)[1]
+    return index[kept]
+
+
+def enable_compilation_cache() -> None:
+    """Keeps compiled programs on disk between runs, unless the user has chosen a place already."""
+    if jax.config.jax_compilation_cache_dir is None:
+        jax.config.update("jax_compilation_cache_dir", str(cache_folder("compiled")))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

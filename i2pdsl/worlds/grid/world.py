@@ -1,0 +1,248 @@
+"""A grid world, planned and ready: the World protocol over worlds/grid/model.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.language import typed as ty
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.planning import Plan, Report, costs, load_or_plan, on_goal, problem_of
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+from i2pdsl.worlds.hypotheses import rationality_of
+
+Array = Any
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """One observer of a world: the world as he believes it works, and his prior [H] or None."""
+
+    spec: GridSpec
+    prior: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class GridWorld:
+    """A world as the audience, the objectives and the searches see it.
+
+    Attributes:
+        spec: the world as it is; viewers may believe in other numbers.
+        tables: the arrays, in NumPy and doubles (model.Tables).
+        residual: the Bellman residual of the values.
+        planning_seconds: time spent on planning, 0 where all came from the cache.
+    """
+
+    spec: GridSpec
+    dynamics: Dynamics
+    tables: model.Tables
+    moves: model.Moves
+    residual: float
+    planning_seconds: float
+
+    @property
+    def name(self) -> str:
+        return self.spec.name
+
+    @cached_property
+    def vocabulary(self) -> Vocabulary:
+        return grid_vocabulary(self.spec)
+
+    @cached_property
+    def cell_number(self) -> dict[tuple[int, int], int]:
+        return {(int(c), int(r)): i for i, (c, r) in enumerate(self.dynamics.coordinates)}
+
+    @property
+    def weak_chances(self) -> tuple[float, ...]:
+        """The success probabilities of the weak characters."""
+        return tuple(c.success for c in self.spec.characters if c.is_weak)
+
+    # The protocol (worlds/world.py).
+
+    def log_prior(self, tables: model.Tables) -> Array:
+        return tables.log_prior
+
+    def forgetting(self, tables: model.Tables) -> Array:
+        return tables.forgetting
+
+    def turns(self, tables: model.Tables, state: Array) -> model.Turns:
+        return model.turns(tables, self.moves, state)
+
+    def drops(self, tables: model.Tables, state: Array) -> tuple[Array, Array]:
+        return model.drops(tables, self.moves, state)
+
+    def transition(self, tables: model.Tables, state: Array, action: Array) -> Array:
+        return model.transition(tables, self.moves, state, action)
+
+    def log_rows(self, tables: model.Tables, state: Array, action: Array) -> tuple[Array, ...]:
+        return model.log_rows(tables, self.moves, state, action)
+
+    def is_observed(self, action: Array) -> Array:
+        return action < self.moves.turn_count
+
+    def value(self, tables: model.Tables, who: int, state: Array) -> Array:
+        return model.value(tables, who, state)
+
+    def attempts(self, tables: model.Tables, state: Array, action: Array) -> tuple[Array, Array]:
+        return model.attempts(tables, self.moves, state, action)
+
+    def feature(
+        self,
+        tables: model.Tables,
+        name: str,
+        arguments: tuple[Any, ...],
+        state: Array,
+        before: Array | None = None,
+        action: Array | None = None,
+    ) -> Array:
+        return model.feature(tables, self.moves, name, arguments, state, before, action)
+
+    def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The checker's arguments in the model's numbers: cells instead of (column, row)."""
+        return tuple(
+            tuple(self.cell_number[c] for c in a) if isinstance(a, tuple) else a for a in arguments
+        )
+
+    def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
+        """An appended turn as an action, and whether it can happen in a state."""
+        xp = tables.cells.__array_namespace__()
+        zero = xp.asarray(state) * 0
+        if isinstance(turn, ty.Drop):
+            entity = self.spec.entities.index(turn.thing)
+            event = self.moves.events.index(entity)
+            number = event * self.moves.cell_count + self.cell_number[turn.cell]
+            _, possible = self.drops(tables, xp.asarray(state))
+            return zero + self.moves.turn_count + number, possible[..., number]
+        code = 0
+        for who, act in enumerate(turn):
+            code = code * self.moves.counts[who] + self.moves.outcomes(who).index(
+                (act.action, not act.fails)
+            )
+        return zero + code, zero == 0
+
+    # The start.
+
+    def starts(self, condition: ty.Typed | None) -> np.ndarray:
+        """The states that fulfil the `start` condition, in order."""
+        states = np.arange(self.dynamics.state_count)
+        if condition is None:
+            return states
+        return states[np.broadcast_to(self._holds(condition, states), states.shape)]
+
+    def _holds(self, node: Any, states: np.ndarray) -> np.ndarray:
+        match node:
+            case ty.Feature():
+                arguments = self.feature_arguments(node.predicate, node.arguments)
+                return np.asarray(self.feature(self.tables, node.predicate, arguments, states))
+            case ty.Constant(value=value):
+                return np.asarray(value)
+            case ty.Apply(operation=operation, arguments=arguments):
+                parts = [self._holds(a, states) for a in arguments]
+                if operation == "not":
+                    return ~parts[0]
+                if operation == "choose":
+                    return np.where(*parts)
+                result = parts[0]
+                for part in parts[1:]:
+                    result = result & part if operation == "and" else result | part
+                return result
+        raise TypeError(f"{type(node).__name__} is no condition of a start")
+
+
+def build_world(
+    spec: GridSpec,
+    viewers: tuple[Viewer, ...] | None = None,
+    report: Report | None = None,
+    say: Callable[[str], None] | None = None,
+) -> GridWorld:
+    """Plans a world (or reads its plans from the cache) for one or several viewers.
+
+    Raises StoryError where the world is too large.
+    """
+    from i2pdsl.worlds.grid.planning import check_memory
+
+    check_memory(spec)
+    viewers = viewers or (Viewer(spec),)
+    dynamics = build_dynamics(spec)
+    plans: dict[str, Plan] = {}
+    for viewer in viewers:
+        if viewer.spec.planning_key not in plans:
+            plans[viewer.spec.planning_key] = load_or_plan(
+                viewer.spec, lambda: dynamics, report, say
+            )
+    return assemble(spec, dynamics, viewers, [plans[v.spec.planning_key] for v in viewers])
+
+
+def assemble(
+    spec: GridSpec, dynamics: Dynamics, viewers: tuple[Viewer, ...], plans: list[Plan]
+) -> GridWorld:
+    """Puts the viewers' plans side by side into one set of tables."""
+    vocabulary = grid_vocabulary(spec)
+    rows = vocabulary.hypotheses
+    distinct = list({id(p): p for p in plans}.values())
+    offsets = [
+        np.cumsum([0, *(len(p.keys[who]) for p in distinct)]) for who in range(len(spec.characters))
+    ]
+    continuation, columns, sharpness, goals = [], [], [], []
+    for who, c in enumerate(spec.characters):
+        continuation.append(
+            distinct[0].continuation[who]
+            if len(distinct) == 1
+            else np.concatenate([p.continuation[who] for p in distinct], axis=1)
+        )
+        keys = [key for p in distinct for key in p.keys[who]]
+        names = [str(key[1] if len(key) == 3 else key[0]) for key in keys]
+        goals.append(on_goal(spec, dynamics, names))
+        beta = np.empty(len(keys))
+        column = np.full((len(viewers), len(rows)), len(keys))
+        for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
+            first = offsets[who][[id(p) for p in distinct].index(id(plan))]
+            beta[first : first + len(plan.keys[who])] = viewer.spec.settings.beta
+            for h, row in enumerate(rows):
+                if row[rationality_of(c.name)]:
+                    key = problem_of(viewer.spec, c, row)
+                    column[o, h] = first + plan.keys[who].index(key)
+        columns.append(column)
+        sharpness.append(beta)
+    priors = [v.prior or (1 / len(rows),) * len(rows) for v in viewers]
+    with np.errstate(divide="ignore"):
+        log_prior = np.log(np.array(priors))
+    coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
+    tables = model.Tables(
+        cells=dynamics.cells,
+        lookup=dynamics.lookup,
+        strides=dynamics.strides,
+        successor=dynamics.successor,
+        coordinates=coordinates,
+        success=np.array([c.success for c in spec.characters]),
+        cost=costs(spec),
+        gamma=np.array(spec.settings.gamma),
+        reward=np.array(spec.settings.goal),
+        continuation=tuple(continuation),
+        columns=tuple(columns),
+        sharpness=tuple(sharpness),
+        goals=tuple(goals),
+        log_prior=log_prior,
+        forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
+    )
+    moves = model.Moves(
+        tuple(c.is_weak for c in spec.characters),
+        len(dynamics.coordinates),
+        len(spec.entities),
+        tuple(spec.entities.index(thing) for _, things in spec.events for thing in things),
+    )
+    return GridWorld(
+        spec,
+        dynamics,
+        tables,
+        moves,
+        max(p.residual for p in plans),
+        sum(p.seconds for p in distinct),
+    )

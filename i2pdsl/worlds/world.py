@@ -1,0 +1,68 @@
+"""The protocol between worlds and everything above them: names for the checker, functions of
+arrays for the fold. A world keeps its numbers in `tables`, which are passed to every function, so
+that one compiled program serves all worlds of the same shape."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+from i2pdsl.language.vocabulary import Vocabulary
+
+Array = Any
+Tables = Any
+
+
+class Branches(NamedTuple):
+    """All joint turns from a state, K of them (see worlds/grid/model.py: Turns)."""
+
+    state: Array
+    valid: Array
+    log_rows: tuple[Array, ...]
+    chance: Array
+
+
+class World(Protocol):
+    """What the audience, the objective and the searches ask of a world.
+
+    States and actions are arrays with any leading axes; O observers, H hypotheses, U observed
+    actions in a frame.
+    """
+
+    name: str
+    vocabulary: Vocabulary
+    tables: Tables
+
+    def log_prior(self, tables: Tables) -> Array:
+        """The belief before anything moved: [O, H]."""
+
+    def forgetting(self, tables: Tables) -> Array:
+        """The share of belief that is reassigned after each observed action: [O]."""
+
+    def turns(self, tables: Tables, state: Array) -> Branches:
+        """All joint turns from a state."""
+
+    def transition(self, tables: Tables, state: Array, action: Array) -> Array:
+        """The state after an action; chance outcomes are part of the action."""
+
+    def log_rows(self, tables: Tables, state: Array, action: Array) -> tuple[Array, ...]:
+        """log P(observed action | H) for each observed action of the frame, [..., O, H] each."""
+
+    def is_observed(self, action: Array) -> Array:
+        """Whether the audience updates its belief in this frame (not by an event)."""
+
+    def value(self, tables: Tables, who: int, state: Array) -> Array:
+        """A character's value under each hypothesis: [..., O, H]."""
+
+    def feature(
+        self,
+        tables: Tables,
+        name: str,
+        arguments: tuple[Any, ...],
+        state: Array,
+        before: Array | None,
+        action: Array | None,
+    ) -> Array:
+        """A predicate or quantity of a state or frame."""
+
+    def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
+        """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""

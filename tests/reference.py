@@ -1,0 +1,794 @@
+"""The equations of the kitchen and of the language, with dictionaries and loops.
+
+An independent transcription of design/model.md ("Kitchen") and design/language.md, and of the paper
+("Acting as Inverse Inverse Planning", sections "Inverse planning", "Inverse inverse planning",
+"Implementation details"). It imports nothing of the package, and the package is tested against it
+on small maps. Clarity goes before speed, so the order here is that of the texts: map and moves,
+rewards, planning, hypotheses, the audience's filter, scripts, queries, predicates, stories, search.
+
+A state is a tuple of cells (column, row), or None where absent, in the order of `world.entities`
+(characters in acting order, then objects); wherever a state is asked for, the mapping of
+script.json ({"cheese": [3, 1], ..., "table": null}) will do as well. A hypothesis is a dict such as
+{"G_cheese": "pink", "G_robot": "none", "rho": 3, "R_cheese": True, "R_robot": True}, without the
+latents that play no part. An event is a function hypothesis -> bool.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations, product
+
+MOVES = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+ACTIONS = (*MOVES, "stay")
+TOLERANCE = 1e-10  # a proven bound on the error of every planned value
+
+
+@dataclass(frozen=True)
+class Character:
+    """One with `toward` is paid rho times the other's reward, and plans against its policy."""
+
+    name: str
+    success: float = 1.0
+    pushes: tuple = ()
+    goals: tuple = ("none",)
+    toward: str | None = None
+    attitude: tuple = ()  # the values of rho
+    models: str | None = None  # without attitude: plans against the other's policy nevertheless
+
+
+@dataclass(frozen=True)
+class Object:
+    name: str
+    may_be_absent: bool = False
+
+
+def rational(h):
+    """The default assumption: every character is rational."""
+    return all(value for latent, value in h.items() if latent.startswith("R_"))
+
+
+class World:
+    """A grid world, its characters' plans, and the audience that interprets them."""
+
+    def __init__(
+        self,
+        rows,
+        tiles,
+        characters,
+        objects=(),
+        rewards=None,
+        gamma=0.99,
+        beta=2.0,
+        forgetting=1e-5,
+        level0="uniform",
+        hypotheses="merged",
+    ):
+        self.free = {
+            (x, y) for y, row in enumerate(rows) for x, mark in enumerate(row) if mark != "#"
+        }
+        self.tiles = {name: tuple(cell) for name, cell in tiles.items()}
+        self.characters = {c.name: c for c in characters}  # in acting order
+        self.objects = {o.name: o for o in objects}
+        self.entities = (*self.characters, *self.objects)
+        self.rewards = {"goal": 1.0, "move": -1.0, "stay": -0.1, **(rewards or {})}
+        self.gamma, self.beta, self.forgetting, self.level0 = gamma, beta, forgetting, level0
+        self.position = {name: i for i, name in enumerate(self.entities)}
+        assert len(self.characters) in (1, 2)
+        assert level0 in ("uniform", "costs")
+        assert hypotheses in ("merged", "literal")
+        assert sum(bool(c.toward or c.models) for c in characters) <= 1, "at most one models"
+        assert all(bool(c.toward) == bool(c.attitude) for c in characters)
+        self.hypotheses = merged(self) if hypotheses == "merged" else literal(self)
+        self._values, self._q, self._filtered = {}, {}, {}  # memory only: no meaning
+
+    # ---- States and moves ---------------------------------------------------------------------
+
+    def state(self, cells):
+        """The tuple of a mapping of script.json; checks that no two are on one cell."""
+        if not isinstance(cells, tuple):
+            cells = tuple(tuple(cells[n]) if cells[n] else None for n in self.entities)
+        there = [cell for cell in cells if cell]
+        assert len(set(there)) == len(there), f"two on one cell: {cells}"
+        assert set(there) <= self.free, f"not on the floor: {cells}"
+        return cells
+
+    def cell(self, state, name):
+        return self.state(state)[self.position[name]]
+
+    def mapping(self, state):
+        return {n: list(c) if c else None for n, c in zip(self.entities, state, strict=True)}
+
+    def placed(self, state, name, cell):
+        i = self.position[name]
+        return (*state[:i], cell, *state[i + 1 :])
+
+    def states(self, present):
+        """All states in which exactly the entities `present` are there: no two on one cell."""
+        for cells in permutations(sorted(self.free), len(present)):
+            at = dict(zip(present, cells, strict=True))
+            yield tuple(at.get(name) for name in self.entities)
+
+    def presences(self):
+        """The sets of entities that may be there together, each in the order of `entities`."""
+        missing = [o.name for o in self.objects.values() if o.may_be_absent]
+        for k in range(len(missing) + 1):
+            for absent in combinations(missing, k):
+                yield tuple(n for n in self.entities if n not in absent)
+
+    def count_states(self):
+        """sum over the presences of n (n - 1) ... (n - m + 1), m things on n free cells."""
+        return sum(math.perm(len(self.free), len(present)) for present in self.presences())
+
+    def partner(self, who):
+        return next((name for name in self.characters if name != who), None)
+
+    def effect(self, state, who, action):
+        """The state after `action` if it succeeds; the same state if it is blocked (or 'stay').
+
+        A move leads to the neighbouring cell if that is free; if something stands there that `who`
+        pushes, that is pushed one cell in the same direction if that cell is free and inside.
+        """
+        if action == "stay":
+            return state
+        (x, y), (dx, dy) = state[self.position[who]], MOVES[action]
+        to, beyond = (x + dx, y + dy), (x + 2 * dx, y + 2 * dy)
+        if to not in self.free:
+            return state
+        if to in state:
+            thing = self.entities[state.index(to)]
+            if thing not in self.characters[who].pushes:
+                return state
+            if beyond not in self.free or beyond in state:  # cannot push two things at once
+                return state
+            state = self.placed(state, thing, beyond)
+        return self.placed(state, who, to)
+
+    def outcomes(self, state, who, action):
+        """[(probability, state)]: a move succeeds with probability `success`, else nothing happens.
+
+        A blocked move, a stay and a move that cannot fail have one outcome.
+        """
+        success, after = self.characters[who].success, self.effect(state, who, action)
+        if after == state or success == 1:
+            return [(1.0, after)]
+        return [(success, after), (1 - success, state)] if success > 0 else [(1.0, state)]
+
+    # ---- Planning -----------------------------------------------------------------------------
+
+    def cost(self, action):
+        return self.rewards["stay" if action == "stay" else "move"]
+
+    def reward(self, who, goal, state, action):
+        """r(s, a): 1.0 on its own goal tile, plus -1.0 for a move or -0.1 for staying."""
+        here = state[self.position[who]]
+        return self.cost(action) + (self.rewards["goal"] if here == self.tiles.get(goal) else 0.0)
+
+    def pi_0(self):
+        """Level 0: uniform over the actions, or softmax(beta times the cost of the action)."""
+        if self.level0 == "costs":
+            return softmax({b: self.beta * self.cost(b) for b in ACTIONS})
+        return dict.fromkeys(ACTIONS, 1 / len(ACTIONS))
+
+    def view(self, who, h):
+        """How `who` sees its partner: None (alone), 'level 0', 'random', or ('rational', goal)."""
+        other, me = self.partner(who), self.characters[who]
+        if other is None:
+            return None
+        if not (me.toward or me.models):
+            return "level 0"
+        return ("rational", h[f"G_{other}"]) if h[f"R_{other}"] else "random"
+
+    def problem(self, who, h):
+        """What a plan depends on: (who, own goal, rho, view of the partner)."""
+        rho = h["rho"] if self.characters[who].toward else 0
+        return who, h[f"G_{who}"], rho, self.view(who, h)
+
+    def answer(self, who, h, state):
+        """The partner's answer in s': (rho sum_b pi(b|s') r_j(s', b), {s'': probability})."""
+        _, _, rho, view = self.problem(who, h)
+        other = self.partner(who)
+        if view is None:
+            return 0.0, {state: 1.0}
+        if view == "level 0":
+            answers = self.pi_0()
+        elif view == "random":
+            answers = dict.fromkeys(ACTIONS, 1 / len(ACTIONS))
+        else:
+            answers = self.policy(other, h, state)
+        social, after = 0.0, {}
+        for action, p in answers.items():
+            if rho:
+                social += rho * p * self.reward(other, h[f"G_{other}"], state, action)
+            for chance, result in self.outcomes(state, other, action):
+                after[result] = after.get(result, 0.0) + p * chance
+        return social, after
+
+    def _plan(self, who, h, present):
+        """V of `who` in all states with `present`: the fixed point, to a proven 1e-10.
+
+        With i = who, j = the partner, s the state in which i is to act,
+
+            Q_i(s, a) = r_i(s, a) + gamma sum_s' P_i(s' | s, a) W(s')
+            W(s')     = sum_b pi_j(b | s') (rho r_j(s', b) + sum_s'' P_j(s'' | s', b) V_i(s''))
+            V_i(s)    = max_a Q_i(s, a)
+
+        where pi_j is pi_0 and rho = 0 at level 1 (the cheese), the partner's softmax policy at
+        level 2 (the robot), uniform where the modelled partner is irrational; alone, W = V.
+        Value iteration by full sweeps T, with the bounds of MacQueen and Porteus: with m, M the
+        least and greatest change of a sweep, V* lies between TV + c m and TV + c M,
+        c = gamma / (1 - gamma). Each sweep goes on from the middle of the two.
+        """
+        states = list(self.states(present))
+        number = {s: i for i, s in enumerate(states)}
+        goal = h[f"G_{who}"]
+        own, answers = [], []
+        for s in states:
+            row = []
+            for a in ACTIONS:
+                results = [(p, number[t]) for p, t in self.outcomes(s, who, a)]
+                row.append((self.reward(who, goal, s, a), results))
+            own.append(row)
+            social, after = self.answer(who, h, s)
+            answers.append((social, [(p, number[t]) for t, p in after.items()]))
+        gamma, c = self.gamma, self.gamma / (1 - self.gamma)
+        values = [0.0] * len(states)
+        while True:
+            w = [social + sum([p * values[j] for p, j in after]) for social, after in answers]
+            new = [
+                max([r + gamma * sum([p * w[j] for p, j in to]) for r, to in row]) for row in own
+            ]
+            changes = [b - a for a, b in zip(values, new, strict=True)]
+            low, high = min(changes), max(changes)
+            values = [v + c * (low + high) / 2 for v in new]
+            if c * (high - low) / 2 <= TOLERANCE:
+                return dict(zip(states, values, strict=True))
+
+    def _planned(self, who, h, state):
+        """The values of all states with the same things present (no plan foresees a fall)."""
+        present = tuple(n for n in self.entities if state[self.position[n]])
+        key = (self.problem(who, h), present)
+        if key not in self._values:
+            self._values[key] = self._plan(who, h, present)
+        return self._values[key]
+
+    def value(self, who, h, state):
+        """V_who(s) under a hypothesis in which `who` is rational."""
+        state = self.state(state)
+        return self._planned(who, h, state)[state]
+
+    def q_values(self, who, h, state):
+        """{action: Q_who(s, action)}, by one backup from the values."""
+        state = self.state(state)
+        key = (self.problem(who, h), state)
+        if key not in self._q:
+            values, q = self._planned(who, h, state), {}
+            for a in ACTIONS:
+                q[a] = self.reward(who, h[f"G_{who}"], state, a)
+                for p, s1 in self.outcomes(state, who, a):
+                    social, after = self.answer(who, h, s1)
+                    w = social + sum(chance * values[s2] for s2, chance in after.items())
+                    q[a] += self.gamma * p * w
+            self._q[key] = q
+        return self._q[key]
+
+    def log_policy(self, who, h, state):
+        """log P(a | s, H) = log softmax(beta Q_H(s, .))[a]; uniform for an irrational character."""
+        if not h[f"R_{who}"]:
+            return dict.fromkeys(ACTIONS, -math.log(len(ACTIONS)))
+        return log_softmax({a: self.beta * q for a, q in self.q_values(who, h, state).items()})
+
+    def policy(self, who, h, state):
+        return {a: math.exp(log_p) for a, log_p in self.log_policy(who, h, state).items()}
+
+    def log_likelihood(self, who, h, state, action):
+        return self.log_policy(who, h, state)[action]
+
+    # ---- The audience -------------------------------------------------------------------------
+
+    def prior(self):
+        return dict.fromkeys(range(len(self.hypotheses)), 1 / len(self.hypotheses))
+
+    def update(self, belief, who, state, action):
+        """One observed action: Bayes P(H | s -> a) ~ P(s -> a | H) P(H), normalise, forget."""
+        logs = {
+            i: self.log_likelihood(who, h, state, action) for i, h in enumerate(self.hypotheses)
+        }
+        top = max(logs.values())
+        return self.forget(normalised({i: p * math.exp(logs[i] - top) for i, p in belief.items()}))
+
+    def forget(self, belief):
+        """p <- p (1 - eps) + (1 - p) / (N - 1) eps."""
+        n, eps = len(belief), self.forgetting
+        return {i: p * (1 - eps) + (1 - p) / (n - 1) * eps for i, p in belief.items()}
+
+    def actions(self, state, frame):
+        """[(who, action, state acted from, state after)] of a frame; [] of an event."""
+        done = []
+        for who in self.characters if not frame.get("event") else ():
+            action, moved = frame[who]["action"], frame[who]["moved"]
+            after = self.effect(state, who, action) if moved else state
+            assert after in [s for _, s in self.outcomes(state, who, action)], frame
+            assert moved == (after != state), frame
+            done.append((who, action, state, after))
+            state = after
+        return done
+
+    def after(self, state, frame):
+        """The state that a frame leads to, checked against the state it says."""
+        if frame.get("event"):
+            thing, to = frame["event"]["deus"], tuple(frame["event"]["to"])
+            assert state[self.position[thing]] is None, "only while it is absent"
+            state = self.state(self.placed(state, thing, to))  # only onto a free, unoccupied cell
+        for *_, after in self.actions(state, frame):
+            state = after
+        assert state == self.state(frame["state"]), frame
+        return state
+
+    def filtered(self, script):
+        """[(state, belief, before)] of frames 0..T; before: the beliefs before each of its actions.
+
+        Two updates a turn, one after each character's action; an event updates nothing.
+        """
+        state = self.state(script["start"])
+        steps, key = [(state, self.prior(), [])], (state,)
+        for frame in script["frames"]:
+            key = (key, frame_key(self, frame))
+            if key not in self._filtered:
+                (state, belief, _), before = steps[-1], []
+                for who, action, acted_from, _ in self.actions(state, frame):
+                    before.append(belief)
+                    belief = self.update(belief, who, acted_from, action)
+                self._filtered[key] = (self.after(state, frame), belief, before)
+            steps.append(self._filtered[key])
+        return steps
+
+    def beliefs(self, script):
+        """[{hypothesis index: P(H | script[:t])}] for t = 0..T."""
+        return [belief for _, belief, _ in self.filtered(script)]
+
+    def beliefs_before(self, script, k):
+        """[(who, action, state acted from, belief just before)] of the actions seen in frame k."""
+        steps = self.filtered(script)
+        seen = self.actions(steps[k - 1][0], script["frames"][k - 1])
+        return [(*a[:3], b) for a, b in zip(seen, steps[k][2], strict=True)]
+
+    def state_at(self, script, k):
+        """The state at the end of frame k (0: the start)."""
+        return self.filtered(script)[k][0]
+
+
+# ---- Hypotheses ----------------------------------------------------------------------------------
+
+
+def literal(world):
+    """All combinations of the paper's tuple (G and R of each character, rho), taken literally.
+
+    "When the cheese is irrational, we only include hypotheses where the robot is indifferent":
+    rho = 0 alone, where the one it is about is irrational. Kitchen: G_cheese (2) x G_robot (3) x
+    rho (5) x R_robot (2) = 60 with R_cheese, and 2 x 3 x 1 x 2 = 12 without: 72. An irrational
+    robot beside a cheese of given goal counts 3 x 5 = 15 times, both irrational 2 x 3 times, and
+    rho = 0 with no goal is in. The repetitions stay (they are what weighs); the latents that play
+    no part, goal and rho of the irrational, are dropped, so that comparisons on them are false.
+    """
+    names = list(world.characters)
+    lead = next((c for c in world.characters.values() if c.attitude), None)
+    found = []
+    for flags in product((True, False), repeat=len(names)):
+        r = dict(zip(names, flags, strict=True))
+        rhos = lead.attitude if lead and r[lead.toward] else (0,)
+        for *goals, rho in product(*(c.goals for c in world.characters.values()), rhos):
+            h = {f"G_{n}": g for n, g in zip(names, goals, strict=True) if r[n]}
+            h |= {"rho": rho} if lead and r[lead.name] else {}
+            found.append(h | {f"R_{n}": r[n] for n in names})
+    return found
+
+
+def merged(world):
+    """Each of those once, less (rho = 0, no goal) where both are rational.
+
+    Kitchen: both rational 2 x 3 x 5 - 2 = 28; cheese irrational, rho = 0: 3 goals of the robot;
+    robot irrational: 2 goals of the cheese; both irrational: 1. Together 34.
+    """
+    lead = next((c.name for c in world.characters.values() if c.attitude), None)
+    found = []
+    for h in literal(world):
+        idle = lead and rational(h) and h["rho"] == 0 and h[f"G_{lead}"] == "none"
+        if h not in found and not idle:
+            found.append(h)
+    return found
+
+
+# ---- Small arithmetic ----------------------------------------------------------------------------
+
+
+def log_softmax(x):
+    top = max(x.values())
+    total = top + math.log(sum(math.exp(v - top) for v in x.values()))
+    return {k: v - total for k, v in x.items()}
+
+
+def softmax(x):
+    return {k: math.exp(v) for k, v in log_softmax(x).items()}
+
+
+def normalised(weights):
+    total = sum(weights.values())
+    return {k: w / total for k, w in weights.items()}
+
+
+# ---- Scripts -------------------------------------------------------------------------------------
+
+
+def frame_key(world, frame):
+    if frame.get("event"):
+        return frame["event"]["deus"], tuple(frame["event"]["to"])
+    return tuple((frame[who]["action"], frame[who]["moved"]) for who in world.characters)
+
+
+def turn(world, state, actions):
+    """The frame of {"cheese": "west!", "robot": "east"}: succeeds if it can, `west!` fails."""
+    frame, state = {"event": None}, world.state(state)
+    for who in world.characters:
+        action = actions[who].removesuffix("!")
+        after = state if actions[who].endswith("!") else world.effect(state, who, action)
+        frame[who] = {"action": action, "moved": after != state}
+        state = after
+    return {**frame, "state": world.mapping(state)}
+
+
+def deus(world, state, thing, cell):
+    """The frame of an event: `thing` falls onto `cell`; nobody acts."""
+    state = world.placed(world.state(state), thing, tuple(cell))
+    return {"event": {"deus": thing, "to": list(cell)}, "state": world.mapping(state)}
+
+
+def new_script(world, start):
+    return {"start": world.mapping(world.state(start)), "frames": []}
+
+
+def append(script, frame):
+    """script ++ [frame]"""
+    return {**script, "frames": [*script["frames"], frame]}
+
+
+def prefix(script, n):
+    return {**script, "frames": script["frames"][:n]}
+
+
+# ---- Queries: of (world, script, k), given `conditions` and `assume` (None: nothing) -------------
+
+Event = Callable[[dict], bool]
+
+
+def given(world, belief, conditions: Iterable[Event] = (), assume: Event | None = rational):
+    """P(H | ..., conditions, assumption), from the belief over all hypotheses: mask, normalise."""
+    masks = [*conditions, *([assume] if assume else [])]
+    kept = {i: p for i, p in belief.items() if all(m(world.hypotheses[i]) for m in masks)}
+    assert kept, "no hypothesis fulfils the conditions"
+    return normalised(kept)
+
+
+def posterior(world, script, k, conditions=(), assume=rational):
+    return given(world, world.beliefs(script)[k], conditions, assume)
+
+
+def P(world, script, k, event, conditions=(), assume=rational):
+    """P(event | script[:k], conditions)"""
+    belief = posterior(world, script, k, conditions, assume)
+    return sum(p for i, p in belief.items() if event(world.hypotheses[i]))
+
+
+def E(world, script, k, quantity, conditions=(), assume=rational):
+    """E[quantity(H) | script[:k], conditions], given that the quantity is defined (not None)."""
+    defined = [*conditions, lambda h: quantity(h) is not None]
+    belief = posterior(world, script, k, defined, assume)
+    return sum(p * quantity(world.hypotheses[i]) for i, p in belief.items())
+
+
+def EV(world, script, k, who, conditions=(), assume=rational):
+    """E[V(who) | script[:k], conditions]: V at the end of frame k, given that `who` is rational."""
+    state, conditions = world.state_at(script, k), [*conditions, lambda h: h[f"R_{who}"]]
+    return E(world, script, k, lambda h: world.value(who, h, state), conditions, assume)
+
+
+def marginal(world, belief, latent=None):
+    """{value: probability} of a latent, 'unknown' where it plays no part; None: of the whole H."""
+    if latent is None:
+        return belief
+    result = {}
+    for i, p in belief.items():
+        value = world.hypotheses[i].get(latent, "unknown")
+        result[value] = result.get(value, 0.0) + p
+    return result
+
+
+def KL(world, script, a, b, latent=None, assume=rational):
+    """KL(script[:a] || script[:b]) = sum p_a log(p_a / p_b), of one latent's marginal or of H."""
+    p, q = (marginal(world, posterior(world, script, k, (), assume), latent) for k in (a, b))
+    return sum(p[v] * math.log(p[v] / q[v]) for v in p if p[v] > 0)
+
+
+def entropy(world, script, k, latent=None, conditions=(), assume=rational):
+    """entropy(latent | script[:k]) = -sum p log p, in nats; without a latent, of the hypothesis."""
+    p = marginal(world, posterior(world, script, k, conditions, assume), latent)
+    return -sum(x * math.log(x) for x in p.values() if x > 0)
+
+
+def log_predictive(world, belief, who, state, action, assume=rational):
+    """log sum_H P(H | belief, assumption) P(a | s, H)"""
+    logs = {
+        i: math.log(p) + world.log_likelihood(who, world.hypotheses[i], state, action)
+        for i, p in given(world, belief, (), assume).items()
+        if p > 0
+    }
+    top = max(logs.values())
+    return top + math.log(sum(math.exp(x - top) for x in logs.values()))
+
+
+def surprise(world, script, k, assume=rational):
+    """-log of the product of the predictive probabilities of the actions observed in frame k.
+
+    Each under the belief just before it; chance outcomes and events contribute nothing.
+    """
+    return -sum(
+        log_predictive(world, belief, who, state, action, assume)
+        for who, action, state, belief in world.beliefs_before(script, k)
+    )
+
+
+def chance(world, state, frame):
+    """The probability of the frame's chance outcomes, given its actions."""
+    p = 1.0
+    for who, action, acted_from, after in world.actions(world.state(state), frame):
+        p *= sum(q for q, s in world.outcomes(acted_from, who, action) if s == after)
+    return p
+
+
+def suspense(world, script, k, latent=None, assume=rational):
+    """sum_v Var[P(latent = v | script[:k + 1])] over the next frame as the audience predicts it.
+
+    A frame's probability is that of its actions, exp(-surprise), times that of its chance outcomes.
+    """
+    shown, state, frames = prefix(script, k), world.state_at(script, k), []
+    for frame in children(world, state):
+        longer = append(shown, frame)
+        p = math.exp(-surprise(world, longer, k + 1, assume)) * chance(world, state, frame)
+        frames.append((p, marginal(world, posterior(world, longer, k + 1, (), assume), latent)))
+    assert math.isclose(sum(p for p, _ in frames), 1, abs_tol=1e-9)
+    total = 0.0
+    for v in frames[0][1]:
+        mean = sum(p * belief[v] for p, belief in frames)
+        total += sum(p * (belief[v] - mean) ** 2 for p, belief in frames)
+    return total
+
+
+# ---- Predicates: of a state; of frame k of a script ----------------------------------------------
+
+
+def at(world, state, who, place):
+    here = world.cell(state, who)
+    return here is not None and here == (world.tiles[place] if isinstance(place, str) else place)
+
+
+def absent(world, state, thing):
+    return world.cell(state, thing) is None
+
+
+def adjacent(world, state, a, b):
+    p, q = world.cell(state, a), world.cell(state, b)
+    return bool(p and q) and abs(p[0] - q[0]) + abs(p[1] - q[1]) == 1
+
+
+def _own(world, script, k, who):
+    """(action, state before, state after) of who's own action in frame k; None in an event."""
+    for name, *rest in world.actions(world.state_at(script, k - 1), script["frames"][k - 1]):
+        if name == who:
+            return rest
+    return None
+
+
+def pushes(world, script, k, a, b):
+    """a's action in frame k moved b."""
+    own = _own(world, script, k, a)
+    return own is not None and world.cell(own[1], b) != world.cell(own[2], b)
+
+
+def moved(world, script, k, who):
+    """who's own action in frame k changed its cell (being pushed does not count)."""
+    return pushes(world, script, k, who, who)
+
+
+def tried(world, script, k, who):
+    """who chose a move in frame k."""
+    own = _own(world, script, k, who)
+    return own is not None and own[0] != "stay"
+
+
+def fell(world, script, k, thing):
+    """An event dropped it in frame k."""
+    event = script["frames"][k - 1].get("event")
+    return bool(event) and event["deus"] == thing
+
+
+# ---- The paper's stories: of (world, prefix of n frames, T) --------------------------------------
+
+
+def rho_is(sign):
+    """rho > 0, rho < 0, rho = 0: false where rho plays no part."""
+    return lambda h: "rho" in h and (h["rho"] > 0) - (h["rho"] < 0) == sign
+
+
+def latent_is(latent, value):
+    return lambda h: h.get(latent) == value
+
+
+HELPS, HINDERS, INDIFFERENT = rho_is(1), rho_is(-1), rho_is(0)
+
+
+def frames_of(script):
+    return range(1, len(script["frames"]) + 1)
+
+
+def depict(world, script, event):
+    """sum_{t in 1..last(over)} P(event | over[:t])"""
+    return sum(P(world, script, t, event) for t in frames_of(script))
+
+
+def twist(world, script, T, before, after):
+    """sum_t (if t <= T/2 then P(before | script[:t]) else P(after | script[:t]))"""
+    return sum(P(world, script, t, before if t <= T / 2 else after) for t in frames_of(script))
+
+
+def irony(world, script, truth, mistaken, meant, done):
+    """sum_t (P(truth | s[:t]) + P(done | s[:t], truth) + P(meant | s[:t], mistaken))"""
+    return sum(
+        P(world, script, t, truth)
+        + P(world, script, t, done, [truth])
+        + P(world, script, t, meant, [mistaken])
+        for t in frames_of(script)
+    )
+
+
+def flashback(world, script, event):
+    """depict(event, over = shown) + [pushes(robot, cheese) @ shown[T+1]].
+
+    let shown = script ++ [cheese: stay, robot: east]: frame T+1, from where the prefix ends.
+    """
+    n = len(script["frames"])
+    last = turn(world, world.state_at(script, n), {"cheese": "stay", "robot": "east"})
+    shown = append(script, last)
+    return depict(world, shown, event) + pushes(world, shown, n + 1, "robot", "cheese")
+
+
+def arc(world, script, T, who="robot", scale=0.02, steady=0.1):
+    """sum_t (scale sin(t/T 3 pi) E[V(who) | s[:t]] - steady KL(s[:t-1] || s[:t]))"""
+    return sum(
+        scale * math.sin(t / T * 3 * math.pi) * EV(world, script, t, who)
+        - steady * KL(world, script, t - 1, t)
+        for t in frames_of(script)
+    )
+
+
+GREEN, PINK = latent_is("G_cheese", "green"), latent_is("G_cheese", "pink")
+STORIES = {
+    "help": lambda w, s, T: depict(w, s, HELPS),
+    "hinder": lambda w, s, T: depict(w, s, HINDERS),
+    "indifferent": lambda w, s, T: depict(w, s, INDIFFERENT),
+    "betrayal": lambda w, s, T: twist(w, s, T, HELPS, HINDERS),
+    "misjudged": lambda w, s, T: twist(w, s, T, HINDERS, HELPS),
+    "irony": lambda w, s, T: irony(w, s, GREEN, PINK, HELPS, HINDERS),
+    "flashback-help": lambda w, s, T: flashback(w, s, HELPS),
+    "flashback-hinder": lambda w, s, T: flashback(w, s, HINDERS),
+    "arc": arc,
+}
+
+
+def rationality(world, script):
+    """sum_t P(R_cheese and R_robot | script[:t]), not conditioned on the assumption."""
+    return sum(P(world, script, t, rational, assume=None) for t in frames_of(script))
+
+
+def plausibility(world, script):
+    """-(p_hat - p)^2 of each weak character; p_hat: the share of its attempts that succeeded.
+
+    A move into an obstacle is no attempt; with no attempt the term is 0.
+    """
+    total = 0.0
+    for who in [c.name for c in world.characters.values() if c.success < 1]:
+        attempts = []
+        for t in frames_of(script):
+            own = _own(world, script, t, who)
+            if own and world.effect(own[1], who, own[0]) != own[1]:
+                attempts.append(own[2] != own[1])
+        if attempts:
+            total -= (sum(attempts) / len(attempts) - world.characters[who].success) ** 2
+    return total
+
+
+def objective(story, T, rational_weight=1.0, plausible_weight=1.0):
+    """The objective of a prefix, with the automatic terms: (world, script) -> number."""
+    story = STORIES.get(story, story)
+    return lambda world, script: (
+        story(world, script, T)
+        + rational_weight * rationality(world, script)
+        + plausible_weight * plausibility(world, script)
+    )
+
+
+# ---- Search --------------------------------------------------------------------------------------
+
+
+def children(world, state, allow=()):
+    """Every next frame: all joint turns, and the allowed things falling onto any free cell.
+
+    A stay or a blocked move has one outcome; a move that may fail has two.
+    """
+    state = world.state(state)
+    turns = [({"event": None}, state)]
+    for who in world.characters:
+        longer = []
+        for (frame, s), action in product(turns, ACTIONS):
+            for _, after in world.outcomes(s, who, action):
+                done = {"action": action, "moved": after != s}
+                longer.append(({**frame, who: done}, after))
+        turns = longer
+    frames = [{**frame, "state": world.mapping(after)} for frame, after in turns]
+    for thing in allow:
+        if absent(world, state, thing):
+            frames += [deus(world, state, thing, c) for c in sorted(world.free - set(state))]
+    return frames
+
+
+def extensions(world, script, allow=()):
+    state = world.state_at(script, len(script["frames"]))
+    return [append(script, frame) for frame in children(world, state, allow)]
+
+
+def exhaustive(world, start, T, score, allow=()):
+    """(score, script): the best of all scripts of length T from `start`."""
+    scripts = [new_script(world, start)]
+    for _ in range(T):
+        scripts = [longer for script in scripts for longer in extensions(world, script, allow)]
+    return best(world, scripts, score, 1)[0]
+
+
+def best(world, scripts, score, width):
+    """The `width` best (score, script), best first; the earlier of equals."""
+    return sorted(((score(world, s), s) for s in scripts), key=lambda pair: -pair[0])[:width]
+
+
+def beam(world, starts, T, score, width=1, allow=()):
+    """(score, script): the best over the starts, each with its own beam of `width` prefixes."""
+    found = []
+    for start in starts:
+        kept = [(0.0, new_script(world, start))]
+        for _ in range(T):
+            longer = [x for _, script in kept for x in extensions(world, script, allow)]
+            kept = best(world, longer, score, width)
+        found.append(kept[0])
+    return max(found, key=lambda pair: pair[0])
+
+
+# ---- The default kitchen -------------------------------------------------------------------------
+
+KITCHEN = [
+    "...#...#...",
+    ".P.........",
+    "...#...#...",
+    "#.#######.#",
+    "...#...#...",
+    ".G.........",
+    "...#...#...",
+]
+
+
+def kitchen(rows=KITCHEN, table=True, cheese=None, robot=None, robot_first=False, **settings):
+    """The kitchen on any map with tiles P and G; cheese, robot: changes to the two characters."""
+    marks = {mark: (x, y) for y, row in enumerate(rows) for x, mark in enumerate(row)}
+    tiles = {name: marks[mark] for name, mark in (("pink", "P"), ("green", "G")) if mark in marks}
+    weak = Character("cheese", 0.6, (), tuple(tiles))
+    goals, rhos = (*tiles, "none"), (-3, -1, 0, 1, 3)
+    strong = Character("robot", 1.0, ("cheese", "table"), goals, toward="cheese", attitude=rhos)
+    pair = [replace(weak, **(cheese or {})), replace(strong, **(robot or {}))]
+    objects = [Object("table", may_be_absent=True)] if table else []
+    return World(rows, tiles, pair[::-1] if robot_first else pair, objects, **settings)
