@@ -33,7 +33,7 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, Viewer, build_world
 
-RESCORED = 64  # of the best scripts in single precision, scored again in doubles
+RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 
 
 @dataclass
@@ -152,7 +152,7 @@ class Story:
             found = [self._naive(world, allowed, seed, watch)]
             finished = True
         else:
-            found, finished = self._beam(world, allowed, seed, watch)
+            found, finished = self._beam(world, allowed, seed, candidates, watch)
         began = time.perf_counter()
         scripts = [self._script(world, t, seed) for t in found]
         scripts.sort(key=lambda s: -(s.score or 0.0))
@@ -162,7 +162,7 @@ class Story:
         return Result(tuple(chosen), finished, dict(watch.seconds))
 
     def _beam(
-        self, world: GridWorld, allowed: np.ndarray, seed: int, watch: Watch
+        self, world: GridWorld, allowed: np.ndarray, seed: int, candidates: int, watch: Watch
     ) -> tuple[list[Trajectory], bool]:
         from i2pdsl.search.beam import beam_search, draw_starts
 
@@ -178,7 +178,8 @@ class Story:
         watch.add("search", began)
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds
-        best = range(min(len(found.starts), max(RESCORED, 1)))
+        count = RESCORED if candidates > 1 else 8
+        best = range(min(len(found.starts), count))
         return [
             trajectory(world, int(found.starts[i]), found.actions[i]) for i in best
         ], found.finished

@@ -49,9 +49,7 @@ def bind(
         free.remove(name)
         bound[name] = value
     missing = [
-        f"`{p.name.id}`"
-        for p in pattern.parameters
-        if p.default is None and p.name.id not in bound
+        f"`{p.name.id}`" for p in pattern.parameters if p.default is None and p.name.id not in bound
     ]
     if missing:
         message = f"`{pattern.name.id}` needs an argument for {' and '.join(missing)}"

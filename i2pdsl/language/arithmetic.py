@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NoReturn
+from itertools import pairwise
+from typing import Any
 
 from i2pdsl.errors import Span, closest
 from i2pdsl.language import ast
@@ -19,6 +21,7 @@ from i2pdsl.language.evaluate import (
     fold_time,
     is_pure,
     may_be,
+    table,
 )
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import Latent, show_value
@@ -39,32 +42,33 @@ class Arithmetic(Elaboration):
         if env.inside in ("event", "condition"):
             message = "an event cannot depend on `t`"
             hint = "choose between beliefs: `if t < 5 then P(...) else P(...)`"
-            self.fail("time-in-event", message, node.span, env, hint)
-        self.free_time("`t` means nothing outside a sum", node.span, env)
+            raise self.fail("time-in-event", message, node.span, env, hint)
+        raise self.free_time("`t` means nothing outside a sum", node.span, env)
 
-    def free_time(self, message: str, span: Span, env: Env) -> NoReturn:
+    def free_time(self, message: str, span: Span, env: Env) -> Stop:
         """Reports the first use of t outside a sum; the others have the same cause."""
         if self.time_missed:
-            raise Stop
+            return Stop()
         self.time_missed = True
         hint = "put `sum_t` before the expression"
         if env.after_sum:
             message += ", and the sum ends before this term"
             hint = "put all that is summed in parentheses: `sum_t (A + B)`"
-        self.fail("free-time", message, span, env, hint)
+        return self.fail("free-time", message, span, env, hint)
 
     def on_length(self, node: ast.Length, env: Env) -> Item:
         return Item("number", ty.Constant(float(self.length)))
 
     def on_pair(self, node: ast.Pair, env: Env) -> Item:
-        first, second = self.each(
-            [lambda: self.constant(node.first, env), lambda: self.constant(node.second, env)]
+        first, second = self.both(
+            lambda: self.constant(node.first, env), lambda: self.constant(node.second, env)
         )
         return Item("pair", (first, second))
 
     def on_sum(self, node: ast.Sum, env: Env) -> Item:
         sums = [any(isinstance(x, ast.Reduction) for x in ast.walk(n)) for n in node.terms]
-        places = [replace(env, after_sum=any(sums[:i])) for i in range(len(sums))]
+        after = [env.after_sum or any(sums[:i]) for i in range(len(sums))]
+        places = [replace(env, after_sum=a) for a in after]
         terms = self.each(
             [lambda n=n, e=e: self.number(n, e) for n, e in zip(node.terms, places, strict=True)]  # type: ignore[misc]
         )
@@ -87,8 +91,8 @@ class Arithmetic(Elaboration):
         return Item("number", self.apply("negate", (operand,), node, env))
 
     def on_power(self, node: ast.Power, env: Env) -> Item:
-        base, exponent = self.each(
-            [lambda: self.number(node.base, env), lambda: self.number(node.exponent, env)]
+        base, exponent = self.both(
+            lambda: self.number(node.base, env), lambda: self.number(node.exponent, env)
         )
         return Item("number", self.apply("power", (base, exponent), node, env))
 
@@ -108,17 +112,17 @@ class Arithmetic(Elaboration):
         if not math.isfinite(value):
             if env.is_dead:
                 return ty.Constant(0.0)
-            self.fail("arithmetic", _not_finite(operation, constants), node.span, env)
+            raise self.fail("arithmetic", _not_finite(operation, constants), node.span, env)
         return ty.Constant(value)
 
     def folded(self, value: ty.Typed, times: range, node: ast.Node, env: Env) -> ty.Typed:
         """An expression with its functions of t as tables."""
         try:
-            return fold_time(value, times, env.reached)  # type: ignore[no-any-return]
+            return fold_time(value, times, env.reached)
         except NotFiniteError as problem:
-            self.not_finite(problem, node, env)
+            raise self.not_finite(problem, node, env) from None
 
-    def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> NoReturn:
+    def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> Stop:
         """Reports an operation that has no value at some t, at the place of the operation."""
         part, t = problem.node, problem.t
         _, span, env = self.places.get(id(part), (None, node.span, env))
@@ -128,7 +132,7 @@ class Arithmetic(Elaboration):
         operation = part.operation if isinstance(part, ty.Apply) else ""
         message = f"{_not_finite(operation, values)} at t = {t}"
         hint = f"leave that frame out: `if t != {t} then ... else 0`"
-        self.fail("arithmetic", message, span, env, hint)
+        return self.fail("arithmetic", message, span, env, hint)
 
     # Functions.
 
@@ -138,30 +142,30 @@ class Arithmetic(Elaboration):
         if not low <= len(node.arguments) <= high:
             count = f"{low}" if low == high else f"at least {low}"
             message = f"`{function.name}` takes {count} argument{'s' if low != 1 else ''}"
-            self.fail("arguments", message, node.span, env, f"write `{function.signature}`")
+            raise self.fail("arguments", message, node.span, env, f"write `{function.signature}`")
         for argument in node.arguments:
             if argument.name is not None:
                 message = f"`{function.name}` has no parameter `{argument.name.id}`"
                 hint = f"write `{function.signature}`"
-                self.fail("arguments", message, argument.span, env, hint)
+                raise self.fail("arguments", message, argument.span, env, hint)
         values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
         return Item("number", self.apply(function.name, tuple(values), node, env))
 
     def points(self, node: ast.Call, env: Env) -> Item:
         if env.times is None:
-            self.free_time("`points` draws a curve over t, outside a sum", node.span, env)
+            raise self.free_time("`points` draws a curve over t, outside a sum", node.span, env)
         shape = "write `points((0, 0), (0.3, 1), (1, -1))`, pairs of t/T and height"
         items = self.each([lambda a=a: self.item(a.value, env) for a in node.arguments])  # type: ignore[misc]
         for item, argument in zip(items, node.arguments, strict=True):
             if item.kind != "pair":
                 message = f"expected a point of the curve, found {KINDS[item.kind]}"
-                self.blame("arguments", message, argument.value, env, shape)
+                raise self.blame("arguments", message, argument.value, env, shape)
         xs, ys = tuple(i.value[0] for i in items), tuple(i.value[1] for i in items)
         if len(xs) < 2:
-            self.fail("arguments", "a curve needs two points or more", node.span, env, shape)
-        if any(b <= a for a, b in zip(xs, xs[1:], strict=False)):
+            raise self.fail("arguments", "a curve needs two points or more", node.span, env, shape)
+        if any(b <= a for a, b in pairwise(xs)):
             message = "the points of a curve go from left to right"
-            self.fail("arguments", message, node.span, env, shape)
+            raise self.fail("arguments", message, node.span, env, shape)
         share = ty.Apply("divide", (ty.TimeIndex(), ty.Constant(float(self.length))))
         return Item("number", ty.Points(xs, ys, share))
 
@@ -181,17 +185,16 @@ class Arithmetic(Elaboration):
     def on_if(self, node: ast.If, env: Env) -> Item:
         """`if`: indices and divisions must be sound only at the t that reach their branch."""
         condition = self.truth(node.condition, env)
-        branches = [
+        then, otherwise = self.both(
             lambda: self.item(node.then, self.reaching(condition, True, node, env)),
             lambda: self.item(node.otherwise, self.reaching(condition, False, node, env)),
-        ]
-        then, otherwise = self.each(branches)
+        )
         for item, place in ((then, node.then), (otherwise, node.otherwise)):
             if item.kind not in ("number", "truth"):
-                self.wrong_kind("a number or a condition", item, place, env)
+                raise self.wrong_kind("a number or a condition", item, place, env)
         if then.kind != otherwise.kind:
             message = f"one branch is {KINDS[then.kind]}, the other {KINDS[otherwise.kind]}"
-            self.fail("type", message, node.otherwise.span, env)
+            raise self.fail("type", message, node.otherwise.span, env)
         if is_pure(condition) and condition.axes == ty.NO_AXES:
             return then if evaluate(condition) else otherwise
         return Item(then.kind, ty.Apply("choose", (condition, then.value, otherwise.value)))
@@ -204,14 +207,25 @@ class Arithmetic(Elaboration):
         try:
             return replace(env, reached=may_be(condition, ts, wanted))
         except (ArithmeticError, ValueError):
-            message = "this condition has no finite value at some t"
-            self.fail("arithmetic", message, node.condition.span, env)
+            raise self.condition_fails(condition, ts, node.condition, env) from None
+
+    def condition_fails(
+        self, condition: ty.Typed, ts: Sequence[int], node: ast.Expr, env: Env
+    ) -> Stop:
+        """Reports where a condition has no value."""
+        for part in ty.walk(condition):
+            if is_pure(part) and isinstance(part, ty.Apply):
+                try:
+                    table(part, ts)
+                except NotFiniteError as problem:
+                    return self.not_finite(problem, node, env)
+        return self.fail("arithmetic", "this condition has no value", node.span, env)
 
     # Comparisons.
 
     def on_compare(self, node: ast.Compare, env: Env) -> Item:
-        pairs = list(zip(node.operators, node.operands, node.operands[1:], strict=False))
-        parts = self.each([lambda p=p: self.compare(*p, env) for p in pairs])  # type: ignore[misc]
+        chain = list(zip(node.operators, pairwise(node.operands), strict=True))
+        parts = self.each([lambda o=o, p=p: self.compare(o, p[0], p[1], env) for o, p in chain])  # type: ignore[misc]
         value = parts[0] if len(parts) == 1 else ty.Apply("and", tuple(parts))
         return Item("truth", value)
 
@@ -230,12 +244,12 @@ class Arithmetic(Elaboration):
             if latent is not None and latent.kind == "truth":
                 message = f"`{latent.name}` is true or false by itself"
                 hint = f"write `{latent.name}` or `not {latent.name}`"
-                self.blame("compare", message, place, env, hint)
+                raise self.blame("compare", message, place, env, hint)
         if operator not in ("=", "!="):
             latent = first or second
             assert latent is not None
             message = f"the values of `{latent.name}` have no order, so `{operator}` says nothing"
-            self.fail("compare", message, left.span.to(right.span), env, "use `=` or `!=`")
+            raise self.fail("compare", message, left.span.to(right.span), env, "use `=` or `!=`")
         if first is not None and second is not None:
             return ty.Apply(name, (ty.LatentValue(first.name), ty.LatentValue(second.name)))
         latent, other = (first, right) if first is not None else (second, left)
@@ -248,17 +262,17 @@ class Arithmetic(Elaboration):
         if env.inside not in BELIEVED:
             for latent, place in zip(latents, (left, right), strict=True):
                 if latent is not None:
-                    self.outside_belief(latent, place, env)
+                    raise self.outside_belief(latent, place, env)
         for latent, place, other in ((latents[0], right, left), (latents[1], left, right)):
             if self.is_value(place, env):
                 if latent is not None:
                     self.symbol(latent, place, env)
                 if self.is_unknown(other, env) and not self.is_value(other, env):
                     self.number(other, env)  # a misspelt latent, the value beside it is right
-        values = self.each([lambda: self.number(left, env), lambda: self.number(right, env)])
-        for value, other, place in ((*values, right), (values[1], values[0], left)):
-            self.check_number_value(operator, value, other, place, env)
-        return ty.Apply(COMPARISONS[operator][0], tuple(values))
+        values = self.both(lambda: self.number(left, env), lambda: self.number(right, env))
+        self.check_number_value(operator, values[0], values[1], right, env)
+        self.check_number_value(operator, values[1], values[0], left, env)
+        return ty.Apply(COMPARISONS[operator][0], values)
 
     def is_value(self, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is the name of some latent's value."""
@@ -276,14 +290,14 @@ class Arithmetic(Elaboration):
         latent = self.world.latents[value.latent]
         if isinstance(other, ty.Constant) and other.value not in latent.values:
             message = f"`{latent.name}` is never {show_value(other.value)}"
-            self.blame("no-value", message, place, env, f"its values: {latent.domain}")
+            raise self.blame("no-value", message, place, env, f"its values: {latent.domain}")
 
     def symbol_latent(self, node: ast.Expr, env: Env) -> Latent | None:
         latent = self.latent_named(node, env)
         if latent is None or latent.kind == "number":
             return None
         if env.inside not in BELIEVED:
-            self.outside_belief(latent, node, env)
+            raise self.outside_belief(latent, node, env)
         return latent
 
     def symbol(self, latent: Latent, node: ast.Expr, env: Env) -> str:
@@ -296,9 +310,9 @@ class Arithmetic(Elaboration):
             close = closest(stripped.id, map(str, latent.values))
             hint = f"did you mean `{close}`? ({hint})" if close else hint
             message = f"`{latent.name}` is never `{stripped.id}`"
-            self.fail("no-value", message, stripped.span, inner, hint)
+            raise self.fail("no-value", message, stripped.span, inner, hint)
         message = f"`{latent.name}` is compared with one of its values"
-        self.blame("compare", message, node, env, hint)
+        raise self.blame("compare", message, node, env, hint)
 
 
 def _not_finite(operation: str, values: list[Any]) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NoReturn
 
-from i2pdsl.errors import closest
+from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
-from i2pdsl.language.elaboration import INSIDE, KINDS, Item
+from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
 from i2pdsl.language.evaluate import evaluate, fold_hypotheses, is_pure
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
@@ -27,7 +26,7 @@ class Beliefs(Frames):
         if not is_pure(value):
             message = "an event speaks of latents only"
             hint = "beliefs and frames cannot stand inside an event"
-            self.blame("event", message, node, env, hint)
+            raise self.blame("event", message, node, env, hint)
         return tuple(bool(evaluate(value, None, row)) for row in self.world.hypotheses)
 
     def is_script(self, node: ast.Expr, env: Env) -> bool:
@@ -40,7 +39,7 @@ class Beliefs(Frames):
         """The script and the conditions behind the bar, with the assumption."""
         if env.inside:
             message = f"a belief cannot stand inside {INSIDE.get(env.inside, 'this')}"
-            self.fail("event", message, node.span, env)
+            raise self.fail("event", message, node.span, env)
         moments: list[ty.Moment] = []
         masks: list[tuple[ty.Mask, ast.Expr]] = []
 
@@ -53,28 +52,28 @@ class Beliefs(Frames):
         self.each([lambda p=p: read(p) for p in parts])  # type: ignore[misc]
         if len(moments) != 1:
             what = "without a script" if not moments else "with two scripts"
-            self.fail("no-script", f"a belief {what}", node.span, env, f"write `{form}`")
+            raise self.fail("no-script", f"a belief {what}", node.span, env, f"write `{form}`")
         mask = self.assumption
         for condition, place in masks:
-            mask = both(mask, condition)
+            mask = _both(mask, condition)
             if not any(mask):
-                self.impossible(condition, place, env)
+                raise self.impossible(condition, place, env)
         return ty.Given(moments[0], mask)
 
     def conditioning(self, node: ast.Expr, env: Env, form: str, kind: str) -> ty.Moment:
         item = self.item(node, env)
         if item.kind == kind:
-            return item.value  # type: ignore[no-any-return]
+            return item.value
         message = f"expected {KINDS[kind]}, found {KINDS[item.kind]}"
-        self.blame("type", message, node, env, f"write `{form}`")
+        raise self.blame("type", message, node, env, f"write `{form}`")
 
-    def impossible(self, mask: ty.Mask, node: ast.Expr, env: Env) -> NoReturn:
+    def impossible(self, mask: ty.Mask, node: ast.Expr, env: Env) -> Stop:
         hint = None
         if any(mask):
             hint = "it is impossible together with the conditions before it and the assumption"
-            if not any(both(mask, self.assumption)):
+            if not any(_both(mask, self.assumption)):
                 hint = _DROP if self.assumes_rationality else "the assumption excludes it"
-        self.blame("impossible", "no hypothesis fulfils this condition", node, env, hint)
+        return self.blame("impossible", "no hypothesis fulfils this condition", node, env, hint)
 
     @property
     def assumes_rationality(self) -> bool:
@@ -85,7 +84,13 @@ class Beliefs(Frames):
         return tuple(all(row.get(x) for x in latents) for row in self.world.hypotheses)
 
     def refuse_without_script(
-        self, what: str, node: ast.Node, operand: ast.Expr, given: object, env: Env, form: str
+        self,
+        what: str,
+        node: ast.Node,
+        operand: ast.Expr,
+        given: tuple[ast.Expr, ...],
+        env: Env,
+        form: str,
     ) -> None:
         """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
         if given:
@@ -93,7 +98,7 @@ class Beliefs(Frames):
         missing = f"{what} without a script"
         if self.is_script(operand, env):
             missing = f"{what} of what? only the script is given"
-        self.fail("no-script", missing, node.span, env, f"write `{form}`")
+        raise self.fail("no-script", missing, node.span, env, f"write `{form}`")
 
     def on_probability(self, node: ast.Probability, env: Env) -> Item:
         form = "P(EVENT | script[:t])"
@@ -101,19 +106,15 @@ class Beliefs(Frames):
         latent = self.latent_named(node.event, env)
         if latent is not None and latent.kind != "truth":
             if not self.query:
-                message = f"this is a distribution over the values of `{latent.name}`, no number"
+                message = f"this is a distribution over the values of `{latent.name}`, not a number"
                 hint = f"ask for an event: `{latent.name} = {show_value(latent.values[0])}`"
-                self.blame("distribution", message, node.event, env, hint)
+                raise self.blame("distribution", message, node.event, env, hint)
             given = self.given(node.given, node, env, form)
             return Item("symbol", ty.Distribution(self.partition(latent), given), latent)
-        event, given = self.each(
-            [
-                lambda: self.mask(node.event, env, "event"),
-                lambda: self.given(node.given, node, env, form),
-            ]
+        event, given = self.both(
+            lambda: self.mask(node.event, env, "event"),
+            lambda: self.given(node.given, node, env, form),
         )
-        assert not isinstance(event, ty.Given)
-        assert isinstance(given, ty.Given)
         self.check_certain(event, given.mask, node, env)
         return Item("number", ty.Probability(event, given))
 
@@ -127,7 +128,8 @@ class Beliefs(Frames):
         if len(by_assumption) == 1 and len(set(event)) > 1 and self.assumes_rationality:
             hint = _DROP
         message = f"this probability is always {int(under.pop())}, whatever happens"
-        self.warn("certain", message, node.span, env, hint)
+        is_argument = isinstance(node.event, ast.Name) and node.event.id in env.names
+        self.warn("certain", message, node.event if is_argument else node, env, hint)
 
     def on_expectation(self, node: ast.Expectation, env: Env) -> Item:
         form = "E[QUANTITY | script[:t]]"
@@ -138,27 +140,25 @@ class Beliefs(Frames):
                 return ty.Constant(0.0)  # `given` refuses a belief here
             return self.number(node.quantity, replace(env, inside="quantity"))
 
-        value, given = self.each([quantity, lambda: self.given(node.given, node, env, form)])
-        assert isinstance(given, ty.Given)
-        assert not isinstance(value, ty.Given)
+        value, given = self.both(quantity, lambda: self.given(node.given, node, env, form))
         mask = given.mask
         for part in ty.walk(value):
             if isinstance(part, ty.ValueAt):
                 rational = self.world.rational[self.world.characters[part.who]]
-                mask = both(mask, self.rational_rows(rational))
+                mask = _both(mask, self.rational_rows(rational))
             elif isinstance(part, ty.LatentValue):
-                mask = both(mask, tuple(part.latent in r for r in self.world.hypotheses))
+                mask = _both(mask, tuple(part.latent in r for r in self.world.hypotheses))
         if not any(mask):
             message = "under these conditions no hypothesis gives this quantity a value"
-            self.blame("impossible", message, node.quantity, env)
+            raise self.blame("impossible", message, node.quantity, env)
         value = fold_hypotheses(value, self.world.hypotheses)
         return Item("number", ty.Expectation(value, ty.Given(given.moment, mask)))
 
     def on_valueof(self, node: ast.ValueOf, env: Env) -> Item:
         if env.inside != "quantity":
-            message = "what a character can expect depends on what is hidden"
+            message = f"`{shorten(node.span.text)}` depends on what is hidden from the viewers"
             hint = "take the viewers' expectation: `E[V(who) | script[:t]]`"
-            self.fail("value", message, node.span, env, hint)
+            raise self.fail("value", message, node.span, env, hint)
         return Item("number", ty.ValueAt(self.character(node.who, env)))
 
     def partition(self, latent: Latent) -> ty.Partition:
@@ -179,41 +179,38 @@ class Beliefs(Frames):
             if isinstance(stripped, ast.Name) and stripped.id not in self.entities:
                 close = closest(stripped.id, self.world.latents)
                 hint = f"did you mean `{close}`?" if close else hint
-            self.blame("latent", "expected the name of a latent", node, env, hint)
+            raise self.blame("latent", "expected the name of a latent", node, env, hint)
         return latent
 
     def on_divergence(self, node: ast.Divergence, env: Env) -> Item:
         form = "KL(script[:t-1] || script[:t])"
         if not node.given:
             message = "a divergence is between two beliefs, here is one script"
-            self.fail("divergence", message, node.span, env, f"write `{form}`")
-        named, conditions = node.latent, node.given[1:]
-        latent, first, second = self.each(
-            [
-                lambda: self.latent(named, env) if named is not None else None,
+            raise self.fail("divergence", message, node.span, env, f"write `{form}`")
+        conditions = node.given[1:]
+        partition, (first, second) = self.both(
+            lambda: self.optional_partition(node.latent, env),
+            lambda: self.both(
                 lambda: self.given((node.first, *conditions), node, env, form),
                 lambda: self.given(node.given, node, env, form),
-            ]
+            ),
         )
-        assert isinstance(first, ty.Given)
-        assert isinstance(second, ty.Given)
-        partition = self.partition(latent) if isinstance(latent, Latent) else None
         return Item("number", ty.Divergence(partition, first, second))
 
     def on_entropy(self, node: ast.Entropy, env: Env) -> Item:
         form = "entropy(LATENT | script[:t])"
         if node.latent is None and not any(self.is_script(g, env) for g in node.given):
-            self.fail("no-script", "an entropy without a script", node.span, env, f"write `{form}`")
-        named = node.latent
-        latent, given = self.each(
-            [
-                lambda: self.latent(named, env) if named is not None else None,
-                lambda: self.given(node.given, node, env, form),
-            ]
+            message = "an entropy without a script"
+            raise self.fail("no-script", message, node.span, env, f"write `{form}`")
+        partition, given = self.both(
+            lambda: self.optional_partition(node.latent, env),
+            lambda: self.given(node.given, node, env, form),
         )
-        assert isinstance(given, ty.Given)
-        partition = self.partition(latent) if isinstance(latent, Latent) else None
         return Item("number", ty.Entropy(partition, given))
+
+    def optional_partition(self, node: ast.Expr | None, env: Env) -> ty.Partition | None:
+        """The partition by a latent; None for the whole hypothesis."""
+        return None if node is None else self.partition(self.latent(node, env))
 
     def on_surprise(self, node: ast.Surprise, env: Env) -> Item:
         given = self.given((node.frame,), node, env, "surprise(script[t])", "frame")
@@ -224,18 +221,14 @@ class Beliefs(Frames):
         self.refuse_without_script("suspense", node, node.latent, node.given, env, form)
         if not self.world.enumerable:
             message = "suspense looks one frame ahead, which needs actions that can be listed"
-            self.fail("world", message, node.span, env)
-        latent, given = self.each(
-            [
-                lambda: self.latent(node.latent, env),
-                lambda: self.given(node.given, node, env, form),
-            ]
+            raise self.fail("world", message, node.span, env)
+        partition, given = self.both(
+            lambda: self.partition(self.latent(node.latent, env)),
+            lambda: self.given(node.given, node, env, form),
         )
-        assert isinstance(latent, Latent)
-        assert isinstance(given, ty.Given)
-        return Item("number", ty.Suspense(self.partition(latent), given))
+        return Item("number", ty.Suspense(partition, given))
 
 
-def both(a: ty.Mask, b: ty.Mask) -> ty.Mask:
+def _both(a: ty.Mask, b: ty.Mask) -> ty.Mask:
     """The hypotheses that fulfil two conditions."""
     return tuple(x and y for x, y in zip(a, b, strict=True))

@@ -8,6 +8,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+STATEMENT_WORDS = (
+    "world",
+    "length",
+    "start",
+    "allow",
+    "let",
+    "pattern",
+    "import",
+    "maximize",
+    "minimize",
+    "rationality",
+    "plausibility",
+    "assume",
+    "audience",
+    "search",
+)
+_FORM_WORDS = "script t T P E V KL entropy surprise suspense last if then else and or not in"
+_SUMS = "sum_t mean_t min_t max_t"
+RESERVED = frozenset((*STATEMENT_WORDS, *_FORM_WORDS.split(), *_SUMS.split()))
+"""The words that nothing else can be called."""
+
 
 @dataclass(frozen=True)
 class Word:
@@ -29,7 +50,7 @@ class Function(Word):
 def _function(
     name: str, signature: str, documentation: str, most: int = 1, fewest: int = 1
 ) -> Function:
-    example = signature.replace("x", "t/T").replace("a, b", "t, 3")
+    example = signature.replace("(x)", "(t/T)").replace("a, b, ...", "t, 3")
     return Function(name, signature, documentation, example, (fewest, most))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from i2pdsl.errors import Diagnostic, Note
+from i2pdsl.errors import Diagnostic, Note, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind, unknown_call_hint
 from i2pdsl.language.beliefs import Beliefs
@@ -27,9 +27,13 @@ class Calls(Beliefs):
         if name in FUNCTIONS:
             return self.function(node, env)
         if found is not None or name in env.names:
-            self.fail("call", f"`{name}` is no pattern and takes no arguments", node.span, env)
-        message = f"there is no pattern or function `{name}`"
+            raise self.fail(
+                "call", f"`{name}` is not a pattern and takes no arguments", node.span, env
+            )
         known = {*env.module.known_patterns(), *FUNCTIONS, *self.world.predicates}
+        if env.module.is_lost(name, known):
+            raise Stop
+        message = f"there is no pattern or function `{shorten(name)}`"
         hint = unknown_call_hint(name, known)
         span = node.callee.span
         self.report(Diagnostic("unknown-pattern", message, span, hint, env.notes()))
@@ -49,13 +53,9 @@ class Calls(Beliefs):
                 self.report(Diagnostic("shadow", message, node.span, hint, (note, *env.notes())))
                 raise Stop
         try:
-            arguments = bind(
-                pattern, node, lambda n: self.is_known(n, env), self.world.latents
-            )
+            arguments = bind(pattern, node, lambda n: self.is_known(n, env), self.world.latents)
         except MismatchError as wrong:
-            self.report(
-                Diagnostic("arguments", wrong.message, wrong.span, wrong.hint, env.notes())
-            )
+            self.report(Diagnostic("arguments", wrong.message, wrong.span, wrong.hint, env.notes()))
             self.check_arguments(node, env)
             raise Stop from None
         self.check_recursion(name, node.span, env)

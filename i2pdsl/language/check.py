@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean
+from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
@@ -65,9 +65,14 @@ def check_source(
 
 def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     """By place, those of the file itself first; without repetitions."""
-    unique = {(d.span.source.name, d): d for d in problems}.values()
+    unique: dict[object, Diagnostic] = {}
+    for d in problems:
+        # A mistake inside a pattern is the same wherever the pattern is used.
+        what = d.code if d.notes else (d.code, d.message)
+        unique.setdefault((d.span.source.name, d.span, what), d)
     return sorted(
-        unique, key=lambda d: (d.span.source is not source, d.span.source.name, d.span.start)
+        unique.values(),
+        key=lambda d: (d.span.source is not source, d.span.source.name, d.span.start),
     )
 
 
@@ -172,7 +177,7 @@ class _Checker:
         weights = self.weights()
         typed = tuple(o for o in map(self.objective, objectives) if o is not None)
         audience: ast.Audience | None = self.first(ast.Audience)
-        observers = (Observer(),)
+        observers: tuple[Observer, ...] = (Observer(),)
         if audience is not None:
             observers = self.settings.audience(audience.name, audience.settings)
         plan = self.settings.search(search)
@@ -207,7 +212,7 @@ class _Checker:
             found = None
         if found is None:
             hint = did_you_mean(name, known_worlds(self.folder))
-            self.problem("no-world", f"there is no world `{name}`", world.name.span, hint)
+            self.problem("no-world", f"there is no world `{shorten(name)}`", world.name.span, hint)
         return found
 
     def with_hypotheses(
@@ -226,16 +231,16 @@ class _Checker:
             self.missing("no-length", message, world.span, hint, "length")
             return usual
         node = statement.frames
+        hint = "write a number of frames: `length 15`"
         value = -1.0
         if isinstance(node, ast.Number):
             value = node.value
         elif not isinstance(node, ast.Negative):
-            hint = "write a number of frames: `length 15`"
             self.problem("length", "the length must be a number", node.span, hint)
             return usual
         if value != int(value) or not 1 <= value <= LONGEST_STORY:
             message = f"the length must be a whole number from 1 to {LONGEST_STORY:,}"
-            self.problem("length", message, node.span)
+            self.problem("length", message, node.span, hint)
             return usual
         return int(value)
 
@@ -243,7 +248,7 @@ class _Checker:
         """The world's latents keep their names."""
         for item in self.program.statements:
             if isinstance(item, ast.Let | ast.Pattern) and item.name.id in self.world.latents:
-                message = f"`{item.name.id}` is a latent of the world, nothing else can be so called"
+                message = f"`{item.name.id}` is the name of a latent of the world"
                 self.problem("shadow", message, item.name.span, "choose another name")
 
     def assumption(self) -> ty.Mask:
@@ -291,12 +296,12 @@ class _Checker:
         hint = "events: " + ", ".join(shown) if shown else "this world has no events"
         if not isinstance(node, ast.Call) or len(node.arguments) != 1:
             message = "expected an event of the world and what it brings"
-            self.elaborator.fail("no-event", message, node.span, self.env, hint)
+            raise self.elaborator.fail("no-event", message, node.span, self.env, hint)
         thing = node.arguments[0].value
         name = thing.id if isinstance(thing, ast.Name) else thing.span.text
         if name not in self.world.events.get(node.callee.id, ()):
             message = f"there is no event `{node.callee.id}({name})`"
-            self.elaborator.fail("no-event", message, node.span, self.env, hint)
+            raise self.elaborator.fail("no-event", message, node.span, self.env, hint)
         return node.callee.id, name
 
     def weights(self) -> dict[str, float]:

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
-from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean
+from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import FUNCTIONS
@@ -19,6 +19,7 @@ from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 MOST_NODES = 50_000  # of an expression once all patterns are put in
 
 A = TypeVar("A")
+B = TypeVar("B")
 
 
 class Stop(Exception):
@@ -87,16 +88,12 @@ class Elaboration:
 
     # Reporting.
 
-    def fail(
-        self, code: str, message: str, span: Span, env: Env, hint: str | None = None
-    ) -> NoReturn:
+    def fail(self, code: str, message: str, span: Span, env: Env, hint: str | None = None) -> Stop:
         self.report(Diagnostic(code, message, span, hint, env.notes()))
-        raise Stop
+        return Stop()
 
-    def blame(
-        self, code: str, message: str, node: ast.Expr, env: Env, hint: str | None = None
-    ) -> NoReturn:
-        """Reports a wrong expression where it was written.
+    def origin(self, node: ast.Node, env: Env) -> tuple[Span, tuple[Note, ...]]:
+        """Where an expression was written, and notes on how it came here.
 
         For the parameter of a pattern this is the argument; a note then shows the pattern's line.
         """
@@ -105,11 +102,26 @@ class Elaboration:
             bound = env.names[node.id]
             notes = (Note(f"it is put in here for `{node.id}`", node.span), *bound.env.notes())
             node, env = bound.expression, bound.env
-        self.report(Diagnostic(code, message, node.span, hint, notes))
-        raise Stop
+        return node.span, notes
 
-    def warn(self, code: str, message: str, span: Span, env: Env, hint: str | None = None) -> None:
-        self.report(Diagnostic(code, message, span, hint, env.notes(), "warning"))
+    def blame(
+        self, code: str, message: str, node: ast.Node, env: Env, hint: str | None = None
+    ) -> Stop:
+        """Reports a wrong expression where it was written."""
+        span, notes = self.origin(node, env)
+        self.report(Diagnostic(code, message, span, hint, notes))
+        return Stop()
+
+    def warn(
+        self, code: str, message: str, node: ast.Node, env: Env, hint: str | None = None
+    ) -> None:
+        span, notes = self.origin(node, env)
+        self.report(Diagnostic(code, message, span, hint, notes, "warning"))
+
+    def both(self, first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
+        """Two parts of an expression: the mistakes of the second are found if the first fails."""
+        one, other = self.each([first, second])
+        return one, other  # type: ignore[return-value]
 
     def each(self, tasks: Sequence[Callable[[], A]]) -> list[A]:
         """Runs all tasks, so that all their mistakes are reported, then stops if one failed."""
@@ -134,10 +146,12 @@ class Elaboration:
         try:
             if self.depth > DEEPEST + 20:
                 hint = "name the parts with `let`" if not env.uses else None
-                self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
+                raise self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
             if self.nodes == MOST_NODES:
                 message = f"the patterns grow to more than {MOST_NODES:,} parts when put in"
-                self.fail("nesting", message, node.span, env, "use fewer patterns in patterns")
+                raise self.fail(
+                    "nesting", message, node.span, env, "use fewer patterns in patterns"
+                )
             if self.nodes > MOST_NODES:
                 raise Stop
             yield
@@ -149,16 +163,16 @@ class Elaboration:
     def number(self, node: ast.Expr, env: Env) -> ty.Typed:
         item = self.item(node, env)
         if item.kind == "number":
-            return item.value  # type: ignore[no-any-return]
-        self.wrong_kind("a number", item, node, env)
+            return item.value
+        raise self.wrong_kind("a number", item, node, env)
 
     def truth(self, node: ast.Expr, env: Env) -> ty.Typed:
         item = self.item(node, env)
         if item.kind == "truth" or isinstance(item.value, ty.Feature):
-            return item.value  # type: ignore[no-any-return]
-        self.wrong_kind("a condition", item, node, env)
+            return item.value
+        raise self.wrong_kind("a condition", item, node, env)
 
-    def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> NoReturn:
+    def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> Stop:
         found = KINDS[item.kind]
         hint = None
         if item.latent is not None and item.kind == "symbol":
@@ -173,13 +187,13 @@ class Elaboration:
             hint = "ask for a belief: `P(EVENT | script[:t])`"
         elif wanted == "a condition":
             hint = _CONDITIONS.get(env.inside)
-        self.blame("type", f"expected {wanted}, found {found}", node, env, hint)
+        return self.blame("type", f"expected {wanted}, found {found}", node, env, hint)
 
     def constant(self, node: ast.Expr, env: Env) -> float:
         value = self.number(node, replace(env, times=None))
         if not isinstance(value, ty.Constant):
             message = "this must be a constant number, it cannot depend on beliefs or frames"
-            self.fail("constant", message, node.span, env)
+            raise self.fail("constant", message, node.span, env)
         return float(value.value)
 
     # Expressions.
@@ -187,7 +201,7 @@ class Elaboration:
     def item(self, node: ast.Expr, env: Env) -> Item:
         with self.entering(node, env):
             method = getattr(self, f"on_{type(node).__name__.lower()}")
-            return method(node, env)  # type: ignore[no-any-return]
+            return method(node, env)
 
     # Names.
 
@@ -209,7 +223,7 @@ class Elaboration:
             return Item(kind, ty.LatentValue(name), latent)
         if name == "pi":
             return Item("number", ty.Constant(math.pi))
-        self.unknown_name(node, env)
+        raise self.unknown_name(node, env)
 
     def inside_let(self, node: ast.Name, let: ast.Let, module: Module, env: Env) -> Env:
         """The names that the value of a `let` was written among."""
@@ -231,7 +245,7 @@ class Elaboration:
         chain = [used for used, _ in env.uses]
         if name in chain:
             shown = " -> ".join((*chain[chain.index(name) :], name))
-            self.fail("recursion", f"`{name}` is defined by itself: {shown}", span, env)
+            raise self.fail("recursion", f"`{name}` is defined by itself: {shown}", span, env)
 
     def strip(
         self, node: ast.Expr, env: Env, understood: Sequence[object] = ()
@@ -271,12 +285,12 @@ class Elaboration:
             "pi",
         )
 
-    def unknown_name(self, node: ast.Name, env: Env) -> NoReturn:
+    def unknown_name(self, node: ast.Name, env: Env) -> Stop:
         name = node.id
         owners = [x for x in self.world.latents.values() if name in x.values]
         hint: str | None
         if env.inside in ("start", "frame") and name in self.entities:
-            message = f"`{name}` is no condition"
+            message = f"`{name}` is not a condition"
             hint = f"say where it is: `at({name}, TILE)`"
             if name in self.world.may_be_absent:
                 hint += f" or `absent({name})`"
@@ -284,7 +298,7 @@ class Elaboration:
             message = f"`{name}` is a value and stands beside its latent"
             hint = "write " + " or ".join(f"`{x.name} = {name}`" for x in owners)
         elif name in self.entities:
-            message = f"`{name}` is no number and no condition"
+            message = f"`{name}` is neither a number nor a condition"
             hint = f"what is hidden about the characters: {', '.join(self.world.latents)}"
         elif name in self.world.predicates:
             message = f"`{name}` is asked of a frame"
@@ -292,23 +306,25 @@ class Elaboration:
         elif name in FUNCTIONS:
             message = f"`{name}` needs its arguments"
             hint = f"write `{FUNCTIONS[name].signature}`"
+        elif env.module.is_lost(name, self.known(env)):
+            return Stop()
         else:
-            message = f"unknown name `{name}`"
+            message = f"unknown name `{shorten(name)}`"
             hint = "write `rho`" if name == "ρ" else did_you_mean(name, self.known(env))
-        self.fail("unknown-name", message, node.span, env, hint)
+        return self.fail("unknown-name", message, node.span, env, hint)
 
     def known(self, env: Env) -> set[str]:
         names = {*env.names, *env.module.known(), *self.world.latents, *FUNCTIONS, "pi"}
         return names | {"script"}
 
-    def outside_belief(self, latent: Latent, node: ast.Expr, env: Env) -> NoReturn:
+    def outside_belief(self, latent: Latent, node: ast.Expr, env: Env) -> Stop:
         """A latent's value was asked for where only frames and beliefs are known."""
         message = f"`{latent.name}` is hidden from the viewers"
         hint = f"ask what they believe: `P({latent.name} ... | script[:t])`"
         if env.inside == "start":
             message = f"`{latent.name}` is no part of the first picture"
             hint = "the start is described by `at`, `absent` and `adjacent`"
-        self.blame("hidden", message, node, env, hint)
+        return self.blame("hidden", message, node, env, hint)
 
 
 _CONDITIONS = {

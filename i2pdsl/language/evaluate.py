@@ -81,11 +81,11 @@ def evaluate(node: Any, t: int | None = None, row: Mapping[str, Value] | None = 
         case ty.Apply(operation="not"):
             return not evaluate(node.arguments[0], t, row)
         case ty.Apply():
-            values = [evaluate(a, t, row) for a in node.arguments]
-            missing = any(v is None for v in values)
+            parts = [evaluate(a, t, row) for a in node.arguments]
+            missing = any(v is None for v in parts)
             if node.operation in _COMPARE:
-                return not missing and _COMPARE[node.operation](*values)
-            return None if missing else OPERATIONS[node.operation](*values)
+                return not missing and _COMPARE[node.operation](*parts)
+            return None if missing else OPERATIONS[node.operation](*parts)
     raise TypeError(f"{type(node).__name__} is not pure")
 
 
@@ -121,11 +121,11 @@ def series(node: Any, ts: Sequence[int]) -> list[Any]:
             return [next(yes) if x else next(no) for x in taken]
         case ty.Apply(operation="and" | "or"):
             undecided = node.operation == "and"
-            values = [bool(x) for x in series(node.arguments[0], ts)]
+            truths = [bool(x) for x in series(node.arguments[0], ts)]
             for argument in node.arguments[1:]:
-                more = iter(series(argument, _where(ts, values, undecided)))
-                values = [bool(next(more)) if x == undecided else x for x in values]
-            return values
+                more = iter(series(argument, _where(ts, truths, undecided)))
+                truths = [bool(next(more)) if x == undecided else x for x in truths]
+            return truths
         case ty.Apply(operation="not"):
             return [not x for x in series(node.arguments[0], ts)]
         case ty.Apply():

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import Any
 
 from i2pdsl.errors import did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
-from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero
+from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero, Stop
 from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, is_pure, table
 from i2pdsl.language.predicates import Predicates
 from i2pdsl.language.scope import Env
@@ -26,9 +26,9 @@ class Frames(Predicates):
     def on_reduction(self, node: ast.Reduction, env: Env) -> Item:
         if env.inside:
             what = f"stand inside {INSIDE[env.inside]}"
-            self.misplaced_sum(f"a sum over t cannot {what}", node, env)
+            raise self.misplaced_sum(f"a sum over t cannot {what}", node, env)
         if env.sum_span is not None:
-            self.misplaced_sum("sums over t do not nest", node, env)
+            raise self.misplaced_sum("sums over t do not nest", node, env)
         times = self.summed_frames(node, env)
         reached = () if env.is_dead else None
         inner = replace(env, times=times, reached=reached, sum_span=node.span, after_sum=False)
@@ -41,7 +41,7 @@ class Frames(Predicates):
         if times[-1] > longest:
             span = node.last.span if node.last is not None else node.span
             message = f"the script has {_frames(longest)}, this goes to {times[-1]}"
-            self.fail("range", message, span, env)
+            raise self.fail("range", message, span, env)
         body = self.folded(body, times, node, inner)
         return Item("number", ty.Reduction(node.kind, times[0], times[-1], body))
 
@@ -55,15 +55,15 @@ class Frames(Predicates):
         span = lower.span.to(upper.span)
         if first < 0:
             message = "frames count from 1, and 0 is the state before anything moved"
-            self.fail("range", message, span, env)
+            raise self.fail("range", message, span, env)
         if first > last + 1 or (first > last and node.kind != "sum"):
-            self.fail("range", f"there is no frame in {first}..{last}", span, env)
+            raise self.fail("range", f"there is no frame in {first}..{last}", span, env)
         if last > 2 * self.length + 1000:
             message = f"the story has {_frames(self.length)}, this goes to {last:,}"
-            self.fail("range", message, span, env)
+            raise self.fail("range", message, span, env)
         return range(first, last + 1)
 
-    def misplaced_sum(self, message: str, node: ast.Reduction, env: Env) -> NoReturn:
+    def misplaced_sum(self, message: str, node: ast.Reduction, env: Env) -> Stop:
         """Reports a sum inside a sum or an event; one within a pattern, where it was used."""
         around = env.sum_span
         within = [
@@ -73,13 +73,18 @@ class Frames(Predicates):
             and span.source is around.source
             and around.start <= span.start < around.end
         ]
-        if not env.uses or (around is not None and around.source is node.span.source):
+        written_inside = (
+            around is not None
+            and around.source is node.span.source
+            and around.start < node.span.start < around.end
+        )
+        if not env.uses or written_inside:
             hint = "one `sum_t` over everything is enough" if not env.inside else None
-            self.fail("nested-sum", message, node.span, env, hint)
+            return self.fail("nested-sum", message, node.span, env, hint)
         index = within[0] if within else len(env.uses) - 1
         name, span = env.uses[index]
         hint = f"`{name}` is a sum over t already"
-        self.fail("nested-sum", message, span, replace(env, uses=env.uses[:index]), hint)
+        return self.fail("nested-sum", message, span, replace(env, uses=env.uses[:index]), hint)
 
     # Scripts and their frames.
 
@@ -87,17 +92,17 @@ class Frames(Predicates):
         return Item("script", ())
 
     def on_append(self, node: ast.Append, env: Env) -> Item:
-        turns, turn = self.each(
-            [lambda: self.script(node.script, env), lambda: (self.turn(node, env),)]
-        )
-        return Item("script", (*turns, *turn))
+        turns, turn = self.both(lambda: self.script(node.script, env), lambda: self.turn(node, env))
+        return Item("script", (*turns, turn))
 
     def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
         item = self.item(node, env)
         if item.kind != "script":
             hint = "write `(script ++ [...])[:t]`" if item.kind == "prefix" else None
-            self.blame("type", f"expected a script, found {KINDS[item.kind]}", node, env, hint)
-        return item.value  # type: ignore[no-any-return]
+            raise self.blame(
+                "type", f"expected a script, found {KINDS[item.kind]}", node, env, hint
+            )
+        return item.value
 
     def turn(self, node: ast.Append, env: Env) -> ty.Turn:
         falls = [m for m in node.turn if isinstance(m, ast.Fall)]
@@ -105,19 +110,19 @@ class Frames(Predicates):
             if len(node.turn) > 1:
                 message = "an event has its frame for itself, nobody acts in it"
                 hint = "append two turns: `script ++ [...] ++ [...]`"
-                self.fail("turn", message, node.turn[1].span, env, hint)
+                raise self.fail("turn", message, node.turn[1].span, env, hint)
             return self.fall(falls[0], env)
         moves = [m for m in node.turn if isinstance(m, ast.Move)]
         acts: dict[str, ty.Act] = {}
         for name, act, move in self.each([lambda m=m: self.act(m, env) for m in moves]):  # type: ignore[misc]
             if name in acts:
-                self.fail("turn", f"`{name}` acts twice in this turn", move.span, env)
+                raise self.fail("turn", f"`{name}` acts twice in this turn", move.span, env)
             acts[name] = act
         missing = [c for c in self.world.characters if c not in acts]
         if missing:
             span = node.turn[0].span.to(node.turn[-1].span)
             message = f"the turn does not say what {' and '.join(missing)} does"
-            self.fail("turn", message, span, env, f"add `{missing[0]}: stay`")
+            raise self.fail("turn", message, span, env, f"add `{missing[0]}: stay`")
         return tuple(acts[c] for c in self.world.characters)
 
     def act(self, move: ast.Move, env: Env) -> tuple[str, ty.Act, ast.Move]:
@@ -127,32 +132,32 @@ class Frames(Predicates):
                 shown = stripped.span.text
                 hint = did_you_mean(shown, self.world.actions)
                 message = f"there is no action `{shown}`"
-                self.fail("no-action", message, stripped.span, inner, hint)
+                raise self.fail("no-action", message, stripped.span, inner, hint)
             return self.world.actions.index(stripped.id)
 
-        who, chosen = self.each([lambda: self.character(move.who, env), action])
+        who, chosen = self.both(lambda: self.character(move.who, env), action)
         name = self.world.characters[who]
         stays = self.world.actions[chosen] == "stay"
         if move.fails and (name not in self.world.can_fail or stays):
             reason = "staying" if stays else f"a move of {name}"
-            self.fail("turn", f"{reason} cannot fail", move.span, env, "leave out the `!`")
+            raise self.fail("turn", f"{reason} cannot fail", move.span, env, "leave out the `!`")
         return name, ty.Act(chosen, move.fails), move
 
     def fall(self, fall: ast.Fall, env: Env) -> ty.Drop:
         event, thing = fall.event.id, fall.thing.id
         if event not in self.world.events:
             hint = did_you_mean(event, self.world.events)
-            self.fail("no-event", f"there is no event `{event}`", fall.event.span, env, hint)
+            raise self.fail("no-event", f"there is no event `{event}`", fall.event.span, env, hint)
         stripped, inner = self.strip(fall.thing, env, self.world.events[event])
         thing = stripped.id if isinstance(stripped, ast.Name) else stripped.span.text
         if thing not in self.world.events[event]:
             hint = did_you_mean(thing, self.world.events[event])
             message = f"`{event}` brings no `{thing}`"
-            self.fail("no-event", message, stripped.span, inner, hint)
+            raise self.fail("no-event", message, stripped.span, inner, hint)
         cells = self.place(fall.place, env)
         if len(cells) != 1:
             message = f"this tile lies on {len(cells)} cells, and only one can be hit"
-            self.blame("no-place", message, fall.place, env, "write (column, row)")
+            raise self.blame("no-place", message, fall.place, env, "write (column, row)")
         return ty.Drop(event, thing, cells[0])
 
     def on_lastof(self, node: ast.LastOf, env: Env) -> Item:
@@ -168,12 +173,12 @@ class Frames(Predicates):
     def at(self, script: ast.Expr, index: ast.Expr, lowest: int, env: Env) -> ty.Moment:
         """The moment that an index points to, for every t."""
         plain = replace(env, inside="")
-        turns, value = self.each(
-            [lambda: self.script(script, plain), lambda: self.number(index, plain)]
+        turns, value = self.both(
+            lambda: self.script(script, plain), lambda: self.number(index, plain)
         )
         if not is_pure(value) or value.axes.hypothesis:
             message = "the number of a frame depends on t and constants only"
-            self.blame("index", message, index, env)
+            raise self.blame("index", message, index, env)
         longest = self.length + len(turns)
         if env.is_dead:
             return ty.Moment(turns, (lowest,), None)
@@ -197,7 +202,7 @@ class Frames(Predicates):
         try:
             exact = table(value, env.ts)
         except NotFiniteError as problem:
-            self.not_finite(problem, index, env)
+            raise self.not_finite(problem, index, env) from None
         frames = self.whole_numbers(exact, env.ts, index, env)
         self.check_frames(zip(env.ts, frames, strict=True), lowest, longest, index, env)
         known = dict(zip(env.ts, frames, strict=True))
@@ -211,7 +216,7 @@ class Frames(Predicates):
             if abs(number - round(number)) > _WHOLE:
                 where = "" if t is None else f" at t = {t}"
                 message = f"frames have whole numbers, this is {number:g}{where}"
-                self.blame("index", message, index, env)
+                raise self.blame("index", message, index, env)
         return [round(x) for x in exact]
 
     def check_frames(
@@ -240,7 +245,7 @@ class Frames(Predicates):
         if t is not None and inside and env.sum_span is not None:
             last = f"T-{self.length - inside[-1]}" if inside[-1] < self.length else "T"
             hint = f"sum over fewer frames: `sum_{{t in {inside[0]}..{last}}} ...`"
-        self.blame("index", message, index, env, hint)
+        raise self.blame("index", message, index, env, hint)
 
 
 def _frames(count: int) -> str:

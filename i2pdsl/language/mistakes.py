@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 from lark import Token
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from i2pdsl.errors import Diagnostic, Source, Span
+from i2pdsl.errors import Diagnostic, Source, Span, shorten
+from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 
 _OPERAND = "an expression"
 _WORDS = {
@@ -35,117 +38,216 @@ _WORDS = {
     "AT": "`@`",
     "BANG": "`!`",
     "EQ": "`=`",
+    "MINUS": "`-`",
 }
 _OPERATORS = frozenset(
     ("PLUS", "MINUS", "STAR", "SLASH", "CARET", "LT", "LE", "NE", "GE", "GT", "AND_KW", "OR_KW")
 )
-
-
-def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
-    """The diagnostic for Lark's error in the statement at `span`."""
-    expected: set[str] = set()
-    if isinstance(problem, UnexpectedToken):
-        token = problem.token
-        expected = set(problem.accepts or problem.expected)
-        if token.type == "$END":
-            return _ends_too_early(source, span, expected)
-        assert token.start_pos is not None
-        place = Span(source, token.start_pos, token.start_pos + len(token))
-        hint = _hint(token, expected, source, place)
-        message = f"unexpected `{_shown(str(token))}`"
-    else:
-        assert isinstance(problem, UnexpectedCharacters)
-        start = problem.pos_in_stream
-        assert start is not None
-        place = Span(source, start, start + 1)
-        expected = set(problem.allowed or ())
-        character = source.text[start]
-        shown = character if character.isprintable() else f"U+{ord(character):04X}"
-        message = f"unexpected character `{shown}`"
-        hint = _HINTS_FOR_CHARACTERS.get(source.text[start : start + 2]) or (
-            _HINTS_FOR_CHARACTERS.get(character)
-        )
-        if character == "." and source.text[start + 1 : start + 2].isdigit():
-            hint = "write a digit before the point: `0.5`"
-    wanted = _expectation(expected)
-    return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
-
-
+_OPERANDS = frozenset(
+    ("NAME", "NUMBER", "STRING", "T_VAR", "T_END", "SCRIPT_KW", "LAST_KW", "P_KW", "E_KW", "V_KW")
+) | frozenset(
+    ("KL_KW", "ENTROPY_KW", "SURPRISE_KW", "SUSPENSE_KW", "BIG_T", "BIG_OPEN", "LPAR", "LBRACE")
+)
+_EXAMPLES = {
+    "world": "world kitchen",
+    "length": "length 15",
+    "start": "start absent(table)",
+    "allow": "allow deus(table)",
+    "let": "let turn = T/2",
+    "pattern": "pattern show(event) = sum_t P(event | script[:t])",
+    "import": "import mylibrary",
+    "maximize": "maximize sum_t P(rho > 0 | script[:t])",
+    "minimize": "minimize sum_t P(rho > 0 | script[:t])",
+    "rationality": "rationality 1",
+    "plausibility": "plausibility 1",
+    "assume": "assume nothing",
+    "audience": "audience bayesian(beta = 1)",
+    "search": "search beam(starts = 500)",
+    "map": "map, and the rows of the map in indented lines",
+}
+_TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
 _HINTS_FOR_CHARACTERS = {
     "&&": "write `and`",
-    "==": "write `=` for equality",
     "&": "write `and`",
     "'": 'texts stand in double quotes: `"..."`',
     "$": "formulas are written without `$`",
     "≥": "write `>=`",
     "≤": "write `<=`",
     "≠": "write `!=`",
-    "ρ": "write `rho`",
+    "×": "write `*`",
+    "·": "write `*`",
+    "−": "write `-`",
+    "“": 'write `"`',
+    "”": 'write `"`',
 }
 
 
-def _ends_too_early(source: Source, span: Span, expected: set[str]) -> Diagnostic:
+def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
+    """The diagnostic for Lark's error in the statement at `span`."""
+    if isinstance(problem, UnexpectedToken):
+        return _unexpected_token(problem, source, span)
+    assert isinstance(problem, UnexpectedCharacters)
+    start = problem.pos_in_stream
+    assert start is not None
+    character, pair = source.text[start], source.text[start : start + 2]
+    shown = character if character.isprintable() else f"U+{ord(character):04X}"
+    hint = _HINTS_FOR_CHARACTERS.get(pair) or _HINTS_FOR_CHARACTERS.get(character)
+    if character == ".":
+        hint = "numbers need digits on both sides of the point: `0.5`"
+        if source.text[:start].endswith(".."):
+            hint = "a range has two dots: `1..5`"
+    place = Span(source, start, start + 1)
+    return Diagnostic("syntax", f"the character `{shown}` has no meaning here", place, hint)
+
+
+def _unexpected_token(problem: UnexpectedToken, source: Source, span: Span) -> Diagnostic:
+    token = problem.token
+    expected = set(problem.accepts or problem.expected)
+    before = _token_before(problem)
+    if before is not None and before.type == "NAME" and str(before) in RESERVED:
+        token = before  # `2 * if c ...`: the lexer takes the word for a name
+        expected = {"NUMBER", "SCRIPT_KW", "NAME"}
+    if token.type == "$END":
+        return _ends_too_early(source, span, expected, before)
+    assert token.start_pos is not None
+    place = Span(source, token.start_pos, token.start_pos + len(token))
+    if token.type in ("BIG_T", "BIG_OPEN") or str(token) in ("if", "not"):
+        hint: str | None = f"put `{shorten(str(token))} ...` in parentheses"
+    elif _may_be_name(expected) and str(token) in _TAKEN:
+        message = f"`{token}` is a word of the language and cannot be a name"
+        return Diagnostic("reserved", message, place, "choose another name")
+    else:
+        hint = _hint(token, expected, before, source, span)
+    wanted = _expectation(expected, _opener(source, span, place.start))
+    message = f"unexpected `{shorten(str(token))}`"
+    return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
+
+
+def _token_before(problem: UnexpectedToken) -> Token | None:
+    """The token right before the one that was not expected."""
+    history = problem.token_history
+    if history and history[0] is not None:
+        return history[0]
+    values = getattr(problem.state, "value_stack", None)
+    return values[-1] if values and isinstance(values[-1], Token) else None
+
+
+def _may_be_name(expected: set[str]) -> bool:
+    return bool(expected & {"NAME", "NAMED"})
+
+
+def _ends_too_early(
+    source: Source, span: Span, expected: set[str], before: Token | None
+) -> Diagnostic:
+    last = before if before is not None else None
     end = span.start + len(span.text.rstrip())
-    last = span.text.rstrip().rsplit(None, 1)[-1] if span.text.strip() else ""
-    place = Span(source, max(span.start, end - len(last)), end)
-    wanted = _expectation(expected)
+    start = end - 1 if last is None or last.start_pos is None else last.start_pos
+    place = Span(source, max(span.start, min(start, end - 1)), end)
+    word = span.text.split(None, 1)[0] if span.text.strip() else ""
     hint = None
-    if "THEN_KW" in expected:
+    if "THEN_KW" in expected and "NUMBER" not in expected:
         hint = "write `if CONDITION then A else B`"
-    elif "ELSE_KW" in expected:
+    elif "ELSE_KW" in expected and "NUMBER" not in expected:
         hint = "every `if` needs its `else`"
+    elif span.text.strip() == word and word in _EXAMPLES:
+        hint = f"for instance `{_EXAMPLES[word]}`"
+    wanted = _expectation(expected, "")
     message = "the statement ends too early"
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
 
 
-def _hint(token: Token, expected: set[str], source: Source, place: Span) -> str | None:
-    before = source.text[: place.start].rstrip()
-    if token.type == "EQ" and before.endswith("="):
-        return "write `=` for equality"
+def _hint(
+    token: Token, expected: set[str], before: Token | None, source: Source, span: Span
+) -> str | None:
+    assert token.start_pos is not None
+    text = source.text[span.start : token.start_pos]
+    opener = _opener(source, span, token.start_pos)
+    last = str(before) if before is not None else ""
+    operator_missing = bool(_OPERATORS & expected)
+    if str(token) in STATEMENT_WORDS:
+        return "every statement begins on a new line, in the first column"
+    if token.type == "EQ" and text[: text.rfind("\n")].rstrip().endswith("="):
+        return "the line before has no value"
+    if token.type == "EQ" and last == "=":
+        return "equality has one sign: `=`"
     if token.type == "DBAR":
         return "write `or`; `||` stands only in KL(script[:a] || script[:b])"
-    if token.type == "LSQB" and before.endswith("P"):
+    if token.type == "LSQB" and last == "P":
         return "probabilities have round brackets: `P(event | script[:t])`"
-    if token.type == "LPAR" and before.endswith("E"):
+    if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
     if token.type == "NE" and "BANG" in expected:
         return "`!` marks a move that fails: `cheese: west!`"
-    if token.type in ("BIG_T", "BIG_OPEN", "IF_KW") and "NUMBER" in expected:
-        return "put it in parentheses"
-    if (token.type.endswith("_KW") or token.type in ("T_VAR", "T_END")) and "NAME" in expected:
-        return f"`{token}` is a word of the language and cannot be a name"
-    if token.type in ("NAME", "NUMBER", "T_VAR", "T_END") and _OPERATORS & expected:
+    if token.type == "COMMA" and opener == "KL":
+        if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
+            return "write `KL(latent; script[:a] || script[:b])`"
+        return "two beliefs are compared with `||`: `KL(script[:a] || script[:b])`"
+    if token.type == "COMMA" and opener in ("P", "E", "suspense"):
+        return f"the script stands behind a bar: `{opener}(... | script[:t])`".replace(
+            "E(... | script[:t])", "E[... | script[:t]]"
+        )
+    if token.type == "BAR" and opener in ("p", "pr", "Pr", "prob", "probability"):
+        return "probabilities are written with a capital letter: `P(event | script[:t])`"
+    if token.type == "BAR" and opener == "e":
+        return "expectations are written with a capital letter: `E[quantity | script[:t]]`"
+    if token.type == "COLON" and "RSQB" in expected:
+        return "the first t frames are `script[:t]`, from the beginning on"
+    if token.type == "LSQB" and last == "]" and "++" in text:
+        return "put the longer script in parentheses: `(script ++ [...])[:t]`"
+    if "NAME_T" in expected:
+        return "sums run over t: `sum_{t in 1..5}`"
+    if token.type == "RBRACE" and "RANGE" in expected:
+        return "a range has two dots: `1..5`"
+    if operator_missing and last in ("sum", "mean", "min", "max"):
+        return f"write `{last}_t`"
+    if operator_missing and str(token) == "given":
+        return "write `|`"
+    if operator_missing and token.type in _OPERANDS:
         return "an operator is missing, for instance `*`"
     if "ELSE_KW" in expected and token.type in ("RPAR", "COMMA"):
         return "every `if` needs its `else`"
     return None
 
 
-def _expectation(expected: set[str]) -> str:
-    """What could have stood there, in a few words."""
-    parts = []
-    if "NUMBER" in expected and "SCRIPT_KW" in expected:
-        parts.append(_OPERAND)
-        expected = {e for e in expected if e in ("RPAR", "RSQB", "COLON")}
-    elif _OPERATORS & expected:
-        closing = [
-            e for e in ("THEN_KW", "ELSE_KW", "BAR", "AT", "RPAR", "RSQB", "RBRACE", "COMMA")
-        ]
-        known = [e for e in closing if e in expected]
-        return " or ".join(["an operator", *(_word(e) for e in known[:3])])
-    expected = expected - {"$END", "COMMENT", "SPACE", "NAMED"} if "NAME" in expected else expected
-    names = sorted(_word(e) for e in expected if e not in ("$END", "COMMENT", "SPACE"))
-    parts.extend(names)
-    if len(parts) > 5:
+def _opener(source: Source, span: Span, end: int) -> str:
+    """The bracket that is open at `end`, or the word right before it, as `P` of `P(`."""
+    open_at: list[int] = []
+    quoted = commented = False
+    for i in range(span.start, end):
+        c = source.text[i]
+        if commented:
+            commented = c != "\n"
+        elif c == '"':
+            quoted = not quoted
+        elif quoted:
+            continue
+        elif c == "#":
+            commented = True
+        elif c in "([{":
+            open_at.append(i)
+        elif c in ")]}" and open_at:
+            open_at.pop()
+    if not open_at:
         return ""
-    return " or ".join(parts)
+    before = re.search(r"\w*$", source.text[span.start : open_at[-1]])
+    return (before.group() if before else "") or source.text[open_at[-1]]
+
+
+def _expectation(expected: set[str], opener: str) -> str:
+    """What could have stood there, in a few words."""
+    if "NUMBER" in expected and "SCRIPT_KW" in expected:
+        return _OPERAND
+    if _OPERATORS & expected:
+        ends = ("THEN_KW", "ELSE_KW", "BAR", "AT", "RPAR", "RSQB", "RBRACE", "COMMA")
+        known = [e for e in ends if e in expected] if opener else []
+        return " or ".join(["an operator", *(_word(e) for e in known[:3])])
+    if "NAME" in expected:
+        expected = expected - {"NAMED"}
+    names = sorted({_word(e) for e in expected if e not in ("$END", "COMMENT", "SPACE")})
+    return " or ".join(names) if len(names) <= 5 else ""
 
 
 def _word(terminal: str) -> str:
     if terminal in _WORDS:
         return _WORDS[terminal]
     return f"`{terminal.removesuffix('_KW').lower()}`"
-
-
-def _shown(text: str) -> str:
-    return text if len(text) <= 40 else text[:39] + "…"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from i2pdsl.errors import Diagnostic, Span, did_you_mean
+from i2pdsl.errors import Diagnostic, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind, unknown_call_hint
 from i2pdsl.language.builtins import FUNCTIONS
@@ -51,7 +51,7 @@ class _Names:
         match node:
             case ast.Name():
                 if self.world is not None and node.id not in self.known:
-                    self.unknown("unknown-name", f"unknown name `{node.id}`", node.span, node.id)
+                    self.unknown(node)
             case ast.Call():
                 self.call(node, seen)
             case ast.Holds():
@@ -61,9 +61,12 @@ class _Names:
                 for child in ast.children(node):
                     self.visit(child, seen)
 
-    def unknown(self, code: str, message: str, span: Span, name: str) -> None:
-        hint = did_you_mean(name, self.known)
-        self.report(Diagnostic(code, message, span, hint))
+    def unknown(self, node: ast.Name) -> None:
+        if self.module.is_lost(node.id, self.known):
+            return
+        message = f"unknown name `{shorten(node.id)}`"
+        hint = did_you_mean(node.id, self.known)
+        self.report(Diagnostic("unknown-name", message, node.span, hint))
 
     def call(self, node: ast.Call, seen: bool) -> None:
         name = node.callee.id
@@ -87,13 +90,15 @@ class _Names:
                 hint = f"write `{FUNCTIONS[name].signature}`"
                 self.report(Diagnostic("arguments", message, node.span, hint))
         elif name in self.parameters or found is not None:
-            message = f"`{name}` is no pattern and takes no arguments"
+            message = f"`{name}` is not a pattern and takes no arguments"
             self.report(Diagnostic("call", message, node.span))
         elif name not in predicates and not (seen and self.world is None):
             known = {*self.module.known_patterns(), *FUNCTIONS, *predicates}
-            message = f"there is no pattern or function `{name}`"
-            hint = unknown_call_hint(name, known)
-            self.report(Diagnostic("unknown-pattern", message, node.callee.span, hint))
+            if self.module.is_lost(name, known):
+                return
+            message = f"there is no pattern or function `{shorten(name)}`"
+            meant = unknown_call_hint(name, known)
+            self.report(Diagnostic("unknown-pattern", message, node.callee.span, meant))
         for argument in node.arguments:
             self.visit(argument.value, seen)
 

@@ -21,15 +21,15 @@ class Predicates(Arithmetic):
         if env.inside == "start":
             message = "the start has no frames yet, its condition stands without brackets"
             hint = f"write `start {node.predicate.span.text}`"
-            self.fail("predicate", message, node.span, env, hint)
+            raise self.fail("predicate", message, node.span, env, hint)
         if env.inside:
             message = f"a frame cannot stand inside {INSIDE[env.inside]}"
             hint = "viewers know what they see; put the frame outside the belief"
-            self.fail("event", message, node.span, env, hint)
+            raise self.fail("event", message, node.span, env, hint)
         item = self.item(node.frame, env)
         if item.kind != "frame":
             message = f"expected a frame of a script, found {KINDS[item.kind]}"
-            self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
+            raise self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
         before, self.moment = self.moment, item.value
         try:
             value = self.item(node.predicate, replace(env, inside="frame"))
@@ -38,7 +38,9 @@ class Predicates(Arithmetic):
         features = [n for n in ty.walk(value.value) if isinstance(n, ty.Feature)]
         if value.kind not in ("number", "truth") or not features:
             hint = "predicates: " + ", ".join(p.name for p in self.world.predicates.values())
-            self.blame("predicate", "expected a predicate of the world", node.predicate, env, hint)
+            raise self.blame(
+                "predicate", "expected a predicate of the world", node.predicate, env, hint
+            )
         if value.kind == "truth":
             if isinstance(value.value, ty.Feature):
                 return Item("number", value.value)
@@ -52,19 +54,19 @@ class Predicates(Arithmetic):
         if env.inside not in ("frame", "start"):
             hint = f"write `[{predicate.name}(...) @ script[t]]`"
             message = f"`{predicate.name}` is asked of a frame"
-            self.fail("predicate", message, node.span, env, hint)
+            raise self.fail("predicate", message, node.span, env, hint)
         if env.inside == "start" and (predicate.needs_action or predicate.is_number):
             message = f"`{predicate.name}` needs a frame, but nothing has happened at the start"
             hint = "the start is described by `at`, `absent` and `adjacent`"
-            self.fail("predicate", message, node.span, env, hint)
+            raise self.fail("predicate", message, node.span, env, hint)
         count = len(predicate.parameters)
         if len(node.arguments) != count:
             message = f"`{predicate.name}` takes {count} argument{'' if count == 1 else 's'}"
-            self.fail("arguments", message, node.span, env, f"write `{shown}`")
+            raise self.fail("arguments", message, node.span, env, f"write `{shown}`")
         for argument in node.arguments:
             if argument.name is not None:
                 message = f"`{predicate.name}` has no parameter `{argument.name.id}`"
-                self.fail("arguments", message, argument.span, env, f"write `{shown}`")
+                raise self.fail("arguments", message, argument.span, env, f"write `{shown}`")
         arguments = self.each(
             [
                 lambda k=kind, a=argument: self.feature_argument(k, a.value, env)  # type: ignore[misc]
@@ -94,16 +96,18 @@ class Predicates(Arithmetic):
         label = {"thing": "character or object"}.get(what, what)
         if not isinstance(stripped, ast.Name):
             hint = "known here: " + ", ".join(known)
-            self.blame(code, f"expected the name of a {label}", node, env, hint)
+            article = "an" if label[0] in "aeio" else "a"
+            raise self.blame(code, f"expected the name of {article} {label}", node, env, hint)
         if stripped.id in known:
             return stripped.id
         message = f"there is no {label} `{stripped.id}`"
         hint = did_you_mean(stripped.id, known) or ""
         if stripped.id in self.entities:
             other = "a character" if stripped.id in self.world.characters else "an object"
-            message = f"`{stripped.id}` is {other}, expected the name of a {label}"
+            article = "an" if label[0] in "aeio" else "a"
+            message = f"`{stripped.id}` is {other}, expected the name of {article} {label}"
             hint = "known here: " + ", ".join(known)
-        self.fail(code, message, stripped.span, inner, hint or None)
+        raise self.fail(code, message, stripped.span, inner, hint or None)
 
     def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
         """The cells that a tile's name or a pair (column, row) stands for."""
@@ -112,12 +116,14 @@ class Predicates(Arithmetic):
             if stripped.id not in self.world.places:
                 hint = did_you_mean(stripped.id, self.world.places) or "or write (column, row)"
                 message = f"there is no tile `{stripped.id}`"
-                self.fail("no-place", message, stripped.span, inner, hint)
+                raise self.fail("no-place", message, stripped.span, inner, hint)
             return self.world.places[stripped.id]
         item = self.item(stripped, replace(inner, inside="", times=None))
         if item.kind != "pair":
             hint = "write a tile's name or (column, row)"
-            self.blame("no-place", f"expected a place, found {KINDS[item.kind]}", node, env, hint)
+            raise self.blame(
+                "no-place", f"expected a place, found {KINDS[item.kind]}", node, env, hint
+            )
         column, row = item.value
         hint = "columns and rows count from 0 at the top left"
         if (column, row) not in self.world.free:
@@ -125,6 +131,6 @@ class Predicates(Arithmetic):
             inside = 0 <= column < self.world.columns and 0 <= row < self.world.rows
             what = "is a wall" if inside else f"is outside the map of {size}"
             if inside and (column != int(column) or row != int(row)):
-                what = "is no cell"
-            self.blame("no-place", f"({column:g}, {row:g}) {what}", node, env, hint)
+                what = "is not a cell"
+            raise self.blame("no-place", f"({column:g}, {row:g}) {what}", node, env, hint)
         return ((int(column), int(row)),)

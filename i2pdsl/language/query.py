@@ -70,7 +70,7 @@ def _value(elaborator: Elaborator, node: ast.Expr, env: Env, times: range) -> ty
     if isinstance(item.value, ty.Distribution):
         return item.value
     if item.kind not in ("number", "truth"):
-        elaborator.wrong_kind("a number", item, node, env)
+        raise elaborator.wrong_kind("a number", item, node, env)
     return elaborator.folded(item.value, times, node, env)
 
 

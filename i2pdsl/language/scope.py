@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, did_you_mean, error
+from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, error, shorten
 from i2pdsl.language import ast
-from i2pdsl.language.parse import RESERVED, parse_file
+from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.parse import parse_file, parse_tolerantly
+from i2pdsl.language.statements import read_source
 from i2pdsl.resources import data_folder
 
+_UNREAD_NAME = re.compile(r"^(?:let|pattern)\s+(\w+)", re.MULTILINE)
+MOST_NOTES = 4  # uses of patterns within patterns that a message shows
 LIBRARY_STATEMENTS = (ast.Let, ast.Pattern, ast.Import)
 
 
@@ -29,6 +34,8 @@ class Module:
 
     source: Source
     names: dict[str, Definition] = field(default_factory=dict)
+    unread: set[str] = field(default_factory=set)  # defined by statements that could not be read
+    incomplete: bool = False  # an import failed: other names may be missing
 
     def find(self, name: str) -> Definition | None:
         found = self.names.get(name)
@@ -40,6 +47,10 @@ class Module:
     def known(self) -> set[str]:
         """All names that mean something here."""
         return set(self.names) | set(standard_library().names)
+
+    def is_lost(self, name: str, known: Iterable[str]) -> bool:
+        """Whether an unknown name follows from a mistake that was reported already."""
+        return name in self.unread or (self.incomplete and closest(name, known) is None)
 
     def known_patterns(self) -> set[str]:
         """The names that can be called."""
@@ -95,7 +106,12 @@ class Env:
 
     def notes(self) -> tuple[Note, ...]:
         """Where the pattern was used, for a mistake inside it."""
-        return tuple(Note(f"in `{name}`, used here", span) for name, span in reversed(self.uses))
+        notes = [Note(f"in `{name}`, used here", span) for name, span in reversed(self.uses)]
+        if len(notes) > MOST_NOTES:
+            skipped = len(notes) - MOST_NOTES
+            last = Note(f"and after {skipped} more, {notes[-1].message}", notes[-1].span)
+            notes = [*notes[: MOST_NOTES - 1], last]
+        return tuple(notes)
 
 
 @cache
@@ -141,43 +157,43 @@ class _Importer:
     def add_imports(self, module: Module, program: ast.Program, folder: Path | None) -> None:
         for statement in program.of(ast.Import):
             try:
-                names = self.library(statement, folder)
+                libraries = self.library(statement, folder)
             except StoryError as problem:
                 for diagnostic in problem.diagnostics:
                     self.tell(diagnostic)
+                module.incomplete = True
                 continue
-            for name, definition in names.items():
-                module.names.setdefault(name, definition)
+            for library in libraries:
+                module.names = {**library.names, **module.names}
+                module.unread |= library.unread
+                module.incomplete |= library.incomplete
 
-    def library(self, statement: ast.Import, folder: Path | None) -> dict[str, Definition]:
+    def library(self, statement: ast.Import, folder: Path | None) -> list[Module]:
+        """The modules of an import: one, or those of a folder, which know each other's names."""
         here = statement.target.span
         paths = [p.resolve() for p in find_library(statement.target, folder)]
         if any(path in paths for path, _ in self.trail):
             raise error("import", "the imports go in a circle", here, "remove this import")
-        depth = len(self.trail)
-        self.trail += [(path, here) for path in paths[:1]]
-        try:
-            modules = [self.file(path, here) for path in paths]
-        finally:
-            del self.trail[depth:]
-        names: dict[str, Definition] = {}
-        for module in (m for m in modules if m is not None):
-            names = {**module.names, **names}
-        for module in (m for m in modules if m is not None):
-            module.names.update({**names, **module.names})
-        return names
+        modules = []
+        for path in paths:
+            self.trail.append((path, here))
+            try:
+                modules.append(self.file(path))
+            finally:
+                self.trail.pop()
+        for module in modules:
+            for other in modules:
+                module.names = {**other.names, **module.names}
+                module.unread |= other.unread
+        return modules
 
-    def file(self, path: Path, here: Span) -> Module | None:
-        """A library's names, or None where it cannot be read."""
-        self.trail[-1] = (path, here)
+    def file(self, path: Path) -> Module:
+        """A library's names, as far as it can be read."""
         if path in self.loaded:
             return self.loaded[path]
-        try:
-            program = parse_file(path)
-        except StoryError as problem:
-            for diagnostic in problem.diagnostics:
-                self.tell(diagnostic)
-            return None
+        program, problems = parse_tolerantly(read_source(path))
+        for problem in problems:
+            self.tell(problem)
         for statement in program.statements:
             if not isinstance(statement, LIBRARY_STATEMENTS):
                 word = statement.span.text.split(None, 1)[0]
@@ -192,6 +208,7 @@ class _Importer:
 
 def define(module: Module, program: ast.Program, report: Callable[[Diagnostic], None]) -> None:
     """Adds a program's own lets and patterns to a module."""
+    module.unread.update(_UNREAD_NAME.findall("\n".join(span.text for span in program.unread)))
     own: dict[str, Span] = {}
     for item in program.statements:
         if not isinstance(item, ast.Let | ast.Pattern):
@@ -249,7 +266,12 @@ def find_library(target: ast.Name | ast.Text, folder: Path | None) -> list[Path]
         if files:
             return files
     stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
-    raise error("import", f"there is no library `{shown}`", target.span, did_you_mean(shown, stems))
+    message = f"there is no library `{shorten(shown)}`"
+    close = closest(shown, stems)
+    hint = "a library is NAME.story, or a folder of stories, beside this file"
+    if close:
+        hint = f"did you mean `{close}`?"
+    raise error("import", message, target.span, hint)
 
 
 def _library_files(path: Path) -> list[Path]:

@@ -102,9 +102,7 @@ class Settings:
 
     # Audiences.
 
-    def audience(
-        self, name: ast.Name, arguments: tuple[ast.Argument, ...]
-    ) -> tuple[Observer, ...]:
+    def audience(self, name: ast.Name, arguments: tuple[ast.Argument, ...]) -> tuple[Observer, ...]:
         """The simulated viewers of `audience NAME(...)`."""
         if name.id == "bayesian":
             return (self.observer(arguments),)

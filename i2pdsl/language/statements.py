@@ -11,13 +11,15 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, error, whole_file
 
 LONGEST_FILE = 500_000  # characters; a story is read by people
 DEEPEST = 200  # nesting (language.md)
 
-_CLOSERS = {")": "(", "]": "[", "}": "{"}
+_OPENERS = {"(": ")", "[": "]", "{": "}"}
+_CLOSERS = {closer: opener for opener, closer in _OPENERS.items()}
 _FRAMES = 40 * DEEPEST  # of Python's stack: what the deepest story that is allowed may need
 
 
@@ -41,6 +43,14 @@ class Piece:
     documentation: str
 
 
+class Cut(NamedTuple):
+    """The statements of a text, the ranges of those with wrong brackets, and the mistakes."""
+
+    pieces: list[Piece]
+    unread: list[Span]
+    problems: list[Diagnostic]
+
+
 def read_source(path: Path | str) -> Source:
     """Reads a file as UTF-8 text; anything else is a StoryError, never a UnicodeDecodeError."""
     name = str(path)
@@ -62,7 +72,7 @@ def decode(data: bytes, name: str) -> Source:
         before = data[: problem.start].decode("utf-8-sig", errors="replace")
         source = Source(name, before + "�")
         span = Span(source, len(before), len(before) + 1)
-        message = f"this is no text: byte 0x{data[problem.start]:02x} is not UTF-8"
+        message = f"this is not text: byte 0x{data[problem.start]:02x} is not UTF-8"
         raise error("not-text", message, span, "save the file as UTF-8") from None
     return Source(name, text)
 
@@ -74,13 +84,13 @@ def check_text(source: Source) -> None:
         raise error("too-long", message, Span(source, 0, 0))
     for offset, character in enumerate(source.text):
         if (character < " " and character not in "\n\r\t\f") or character == "\x7f":
-            message = f"this is no text: character U+{ord(character):04X}"
+            message = f"this is not text: character U+{ord(character):04X}"
             raise error("not-text", message, Span(source, offset, offset + 1))
 
 
 def split_statements(
     source: Source, keywords: Iterable[str], drawn: frozenset[str] = frozenset()
-) -> tuple[list[Piece], list[Diagnostic]]:
+) -> Cut:
     """Cuts a text into statements and checks their brackets.
 
     A statement begins where a line begins in its first column, outside brackets; a line that
@@ -88,90 +98,127 @@ def split_statements(
     so that a forgotten bracket spoils one statement only. The indented lines of a statement whose
     keyword is in `drawn` (a map) are taken as they are: `#` is a wall there, not a comment.
     """
-    text, words = source.text, set(keywords)
-    pieces: list[Piece] = []
-    problems: list[Diagnostic] = []
-    comments: list[str] = []  # the comment block that ended on the line before
-    start, keyword, documentation = -1, "", ""
-    end = 0  # end of the last token of the current statement
-    brackets: list[tuple[str, int]] = []
-    broken = False
+    cutter = _Cutter(source, frozenset(keywords), drawn)
+    for number, offset in enumerate(source.line_starts, 1):
+        cutter.line(source.line(number), offset)
+    cutter.finish()
+    return Cut(cutter.pieces, cutter.unread, cutter.problems)
 
-    def finish() -> None:
-        nonlocal start, broken
-        if start < 0:
-            return
-        if brackets and not broken:
-            bracket, offset = brackets[-1]
-            closer = next(c for c, o in _CLOSERS.items() if o == bracket)
-            message = f"`{bracket}` is never closed"
-            span = Span(source, offset, offset + 1)
-            problems.append(Diagnostic("bracket", message, span, f"add `{closer}`"))
-            broken = True
-        if not broken:
-            pieces.append(Piece(Span(source, start, end), keyword, documentation))
-        brackets.clear()
-        start, broken = -1, False
 
-    for number, line_start in enumerate(source.line_starts, 1):
-        line = source.line(number)
+def check_brackets(source: Source) -> list[Diagnostic]:
+    """The mistakes with brackets and quotes in a text that is one expression."""
+    cutter = _Cutter(source, frozenset(), frozenset())
+    cutter.start = 0
+    for number, offset in enumerate(source.line_starts, 1):
+        cutter.scan(source.line(number), offset)
+    cutter.finish()
+    return cutter.problems
+
+
+class _Cutter:
+    """Reads line by line; `start` is where the current statement begins, or -1."""
+
+    def __init__(self, source: Source, keywords: frozenset[str], drawn: frozenset[str]):
+        self.source = source
+        self.keywords = keywords
+        self.drawn = drawn
+        self.pieces: list[Piece] = []
+        self.unread: list[Span] = []
+        self.problems: list[Diagnostic] = []
+        self.comments: list[str] = []  # the comment block that ended on the line before
+        self.start, self.keyword, self.documentation = -1, "", ""
+        self.end = 0  # end of the last character of the current statement that is no space
+        self.brackets: list[tuple[str, int]] = []
+        self.broken = False
+
+    def problem(self, problem: Diagnostic) -> None:
+        """Reports the first mistake of a statement; others may follow from it."""
+        if not self.broken:
+            self.problems.append(problem)
+        self.broken = True
+
+    def line(self, line: str, offset: int) -> None:
         stripped = line.strip()
         if not stripped:
-            comments = []
-            continue
-        if start >= 0 and keyword in drawn and line[0].isspace():
-            end = line_start + len(line.rstrip())
-            continue
+            self.comments = []
+            return
+        indented = line[0].isspace()
+        if self.start >= 0 and self.keyword in self.drawn and indented:
+            self.end = offset + len(line.rstrip())
+            return
         if stripped.startswith("#"):
-            comments.append(stripped.lstrip("#").strip())
-            continue
-        first_column = not line[0].isspace()
-        word = _first_word(line)
-        if first_column and (not brackets or word in words):
-            finish()
-            start, keyword, documentation = line_start, word, "\n".join(comments)
-        elif start < 0:
-            span = Span(source, line_start + len(line) - len(line.lstrip()), line_start + len(line))
-            hint = "a statement begins in the first column"
-            problems.append(
-                Diagnostic("indentation", "an indented line continues nothing", span, hint)
-            )
-            comments = []
-            continue
-        comments = []
-        i = line_start
-        while i < line_start + len(line):
-            c = text[i]
-            if c == "#":
-                break
+            self.comments.append(stripped.lstrip("#").strip())
+            return
+        word = _first_word(stripped)
+        if not indented and (not self.brackets or word in self.keywords):
+            self.begin(offset, word)
+        elif self.start < 0:
+            self.begin(offset + len(line) - len(line.lstrip()), word)
+            span = Span(self.source, self.start, self.start + max(1, len(word)))
+            hint = "move it to the first column"
+            message = "a statement begins in the first column, indented lines continue one"
+            self.problem(Diagnostic("indentation", message, span, hint))
+        self.comments = []
+        self.scan(line, offset)
+
+    def begin(self, start: int, word: str) -> None:
+        self.finish()
+        self.start, self.keyword, self.documentation = start, word, "\n".join(self.comments)
+
+    def scan(self, line: str, offset: int) -> None:
+        """Follows brackets and quotes through a line, up to its comment."""
+        i = 0
+        while i < len(line) and line[i] != "#":
+            c = line[i]
             if c == '"':
-                close = text.find('"', i + 1, line_start + len(line))
+                close = line.find('"', i + 1)
                 if close < 0:
-                    if not broken:
-                        span = Span(source, i, line_start + len(line))
-                        problems.append(
-                            Diagnostic("string", "the text is never closed", span, 'add `"`')
-                        )
-                    broken = True
-                    end = line_start + len(line)
-                    break
+                    span = Span(self.source, offset + i, offset + len(line))
+                    self.problem(Diagnostic("string", "the text is never closed", span, 'add `"`'))
+                    close = len(line) - 1
                 i = close
-            elif c in "([{":
-                brackets.append((c, i))
-                if len(brackets) > DEEPEST and not broken:
-                    problems.append(_too_deep(Span(source, i, i + 1)))
-                    broken = True
+            elif c in _OPENERS:
+                self.brackets.append((c, offset + i))
+                if len(self.brackets) > DEEPEST:
+                    self.problem(_too_deep(Span(self.source, offset + i, offset + i + 1)))
             elif c in _CLOSERS:
-                if brackets and brackets[-1][0] == _CLOSERS[c]:
-                    brackets.pop()
-                elif not broken:
-                    problems.append(_mismatch(source, c, i, brackets))
-                    broken = True
+                self.close(c, offset + i)
             if not c.isspace():
-                end = i + 1
+                self.end = offset + i + 1
             i += 1
-    finish()
-    return pieces, problems
+
+    def close(self, closer: str, offset: int) -> None:
+        if self.brackets and self.brackets[-1][0] == _CLOSERS[closer]:
+            self.brackets.pop()
+            return
+        span = Span(self.source, offset, offset + 1)
+        if not self.brackets:
+            message = f"`{closer}` closes nothing"
+            self.problem(Diagnostic("bracket", message, span, "remove it, or open it before"))
+            return
+        opener, opened = self.brackets[-1]
+        note = Note(f"`{opener}` was opened here", Span(self.source, opened, opened + 1))
+        message = f"`{closer}` cannot close `{opener}`"
+        hint = f"expected `{_OPENERS[opener]}`"
+        self.problem(Diagnostic("bracket", message, span, hint, (note,)))
+
+    def finish(self) -> None:
+        """Ends the current statement."""
+        if self.start < 0:
+            return
+        if self.brackets:
+            bracket, offset = self.brackets[-1]
+            span = Span(self.source, offset, offset + 1)
+            message = f"`{bracket}` is never closed"
+            hint = f"add `{_OPENERS[bracket]}`"
+            self.problem(Diagnostic("bracket", message, span, hint))
+        span = Span(self.source, self.start, max(self.start, self.end))
+        if self.broken:
+            self.unread.append(span)
+        else:
+            self.pieces.append(Piece(span, self.keyword, self.documentation))
+        self.brackets.clear()
+        self.start, self.broken = -1, False
 
 
 def too_deep(span: Span) -> StoryError:
@@ -182,20 +229,6 @@ def too_deep(span: Span) -> StoryError:
 def _too_deep(span: Span) -> Diagnostic:
     message = f"nested deeper than {DEEPEST}"
     return Diagnostic("nesting", message, span, "name the parts with `let`")
-
-
-def _mismatch(
-    source: Source, closer: str, offset: int, brackets: list[tuple[str, int]]
-) -> Diagnostic:
-    span = Span(source, offset, offset + 1)
-    if not brackets:
-        return Diagnostic("bracket", f"`{closer}` closes nothing", span)
-    opener, opened = brackets[-1]
-    wanted = next(c for c, o in _CLOSERS.items() if o == opener)
-    note = Note(f"`{opener}` was opened here", Span(source, opened, opened + 1))
-    return Diagnostic(
-        "bracket", f"`{closer}` cannot close `{opener}`", span, f"expected `{wanted}`", (note,)
-    )
 
 
 def _first_word(line: str) -> str:

@@ -24,6 +24,7 @@ _BELIEFS = (
 )
 # What depends on the sum that a `let` will be put into.
 _DEPENDS_ON_USE = ("index", "range", "arithmetic", "free-time", "nested-sum", "certain", "type")
+_REPORTED_HERE = ("recursion",)
 
 
 def check_unused(
@@ -66,7 +67,7 @@ def _check_let(let: ast.Let, module: Module, elaborator: Elaborator, report: Rep
         return
 
     def report_certain(problem: Diagnostic) -> None:
-        if problem.code not in _DEPENDS_ON_USE:
+        if problem.code not in (*_DEPENDS_ON_USE, *_REPORTED_HERE):
             report(problem)
 
     probe = Elaborator(elaborator.world, elaborator.length, report_certain, query=True)
@@ -118,9 +119,11 @@ def _used_names(definition: ast.Let | ast.Pattern) -> Iterator[ast.Name]:
         bodies.append(definition.body)
     else:
         bodies.append(definition.value)
-    for body in bodies:
-        for part in ast.walk(body):
-            if isinstance(part, ast.Call) and part.callee.id not in own:
-                yield part.callee
-            elif isinstance(part, ast.Name) and part.id not in own:
-                yield part
+    for part in (p for body in bodies for p in ast.walk(body)):
+        if isinstance(part, ast.Call) and part.callee.id not in own:
+            yield part.callee
+        # In a comparison a name may be a value of its latent: `let pink = G_cheese = pink`.
+        if not isinstance(part, ast.Compare | ast.Member | ast.SetOf):
+            names = (p for p in ast.children(part) if isinstance(p, ast.Name))
+            yield from (name for name in names if name.id not in own)
+    yield from (b for b in bodies if isinstance(b, ast.Name) and b.id not in own)

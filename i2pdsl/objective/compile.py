@@ -43,6 +43,8 @@ class Params(NamedTuple):
     masks: Array  # bool [n, H]
     groups: tuple[Array, ...]  # one-hot [H, V]
     quantities: Array  # [n, H]
+    # For each appended turn log P(action | H) in every state, [S, U, O, H]; see `prepare`.
+    suffix_rows: tuple[Array, ...] = ()
 
 
 @dataclass
@@ -397,17 +399,21 @@ class Objective:
         init: (tables, params, state) -> carry.
         step: (tables, params, carry, frame) -> carry.
         score: (tables, params, carry, frame) -> number; `frame` is the last one so far.
+        prepare: (tables, params) -> params, once before a search: what is worth a table.
         params: what this story passes to them.
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
+        has_suffix: whether it scores appended turns.
     """
 
     init: Callable[..., Any]
     step: Callable[..., Any]
     score: Callable[..., Array]
+    prepare: Callable[[Any, Params], Params]
     params: Params
     shape: str
     keeps_history: bool
+    has_suffix: bool
 
 
 def compile_objective(
@@ -443,9 +449,11 @@ def compile_objective(
         score=_score(
             world, built, weights, plausible, sums, history, length, suffixes, bool(chances)
         ),
+        prepare=_prepare(world, suffixes),
         params=compiler.params(),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
+        has_suffix=bool(suffixes),
     )
 
 
@@ -611,7 +619,11 @@ def _score(
 ) -> Callable[..., Array]:
     def score(tables: Any, params: Params, carry: _Carry, last: Frame) -> Array:
         xp = last.belief.__array_namespace__()
-        suffixes = {turns: append_turns(world, tables, turns, last) for turns in appended}
+        suffixes, first = {}, 0
+        for turns in appended:
+            rows = params.suffix_rows[first : first + len(turns)]
+            suffixes[turns] = append_turns(world, tables, turns, last, rows)
+            first += len(turns)
         scope: Any
         if history:
             assert carry.frames is not None
@@ -654,16 +666,50 @@ class _FoldScope(EndScope):
         )
 
 
+MOST_SUFFIX_BYTES = 400 * 2**20
+
+
+def _prepare(world: World, appended: list[tuple[ty.Turn, ...]]) -> Callable[[Any, Params], Params]:
+    """A search scores an appended turn after every candidate, far more often than there are
+    states, so what each hypothesis says of the turn is tabulated, unless the table is too big."""
+
+    def prepare(tables: Any, params: Params) -> Params:
+        states = world.all_states(tables)
+        turns = [turn for group in appended for turn in group]
+        size = 4 * len(states) * world.log_prior(tables).size * len(turns)
+        if not turns or size * len(world.vocabulary.characters) > MOST_SUFFIX_BYTES:
+            return params
+        rows = []
+        for turn in turns:
+            action, _ = world.act(tables, states, turn)
+            found = world.log_rows(tables, states, action)
+            rows.append(found[0].__array_namespace__().stack(found, axis=1))
+        return params._replace(suffix_rows=tuple(rows))
+
+    return prepare
+
+
 def append_turns(
-    world: World, tables: Any, turns: tuple[ty.Turn, ...], last: Frame
+    world: World,
+    tables: Any,
+    turns: tuple[ty.Turn, ...],
+    last: Frame,
+    rows: tuple[Array, ...] = (),
 ) -> list[tuple[Frame, Array]]:
-    """The frames of appended turns after a frame, and whether each can happen."""
+    """The frames of appended turns after a frame, and whether each can happen.
+
+    `rows` are the tables of `prepare`, if there are any.
+    """
     found = []
     possible: Array = True
     current = last
-    for turn in turns:
+    for i, turn in enumerate(turns):
         action, allowed = world.act(tables, current.state, turn)
-        current = observe(world, tables, current.number + 1, current.state, action, current.belief)
+        known = None
+        if rows:
+            known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
+        number = current.number + 1
+        current = observe(world, tables, number, current.state, action, current.belief, known)
         possible = possible & allowed
         found.append((current, possible))
     return found

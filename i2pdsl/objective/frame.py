@@ -34,11 +34,20 @@ class Frame(NamedTuple):
 
 
 def observe(
-    world: World, tables: Any, number: Array, state: Array, action: Array, belief: Array
+    world: World,
+    tables: Any,
+    number: Array,
+    state: Array,
+    action: Array,
+    belief: Array,
+    rows: tuple[Array, ...] | None = None,
 ) -> Frame:
-    """The frame that an action makes from a state and a belief: the audience's one step."""
+    """The frame that an action makes from a state and a belief: the audience's one step.
+
+    `rows` are the log-likelihoods of the observed actions, if they are known already.
+    """
     xp = belief.__array_namespace__()
-    rows = world.log_rows(tables, state, action)
+    rows = rows or world.log_rows(tables, state, action)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
     for row in rows:

@@ -77,8 +77,8 @@ def beam_search(
     enable_compilation_cache()
     block = min(len(starts), block_size(world, objective, length, width, events))
     tables = single_precision(world)
-    params = jax.tree.map(_single, objective.params)
     began = time.perf_counter()
+    params = prepared(world, objective, tables)
     run = _compiled(world, objective, length, width, events, block, tables, params)
     compile_seconds = time.perf_counter() - began
     found: list[tuple[np.ndarray, np.ndarray]] = []
@@ -129,6 +129,14 @@ def _single(array: np.ndarray) -> Array:
     return jnp.asarray(array)
 
 
+def prepared(world: GridWorld, objective: Objective, tables: Any) -> Params:
+    """An objective's parameters in single precision, with the tables that are worth their time."""
+    params = jax.tree.map(_single, objective.params)
+    if not objective.has_suffix:
+        return params
+    return jax.jit(objective.prepare)(tables, params)
+
+
 _programs: dict[tuple[Any, ...], Any] = {}
 
 
@@ -173,12 +181,10 @@ def _search_block(
 ) -> tuple[Array, Array]:
     """The best score [B] and its actions [B, T] for a block of starts."""
 
+
     def first(state: Array) -> Node:
         node = root(world, objective, tables, params, state)
-        beam = jax.tree.map(lambda x: jnp.broadcast_to(x, (width, *jnp.shape(x))), node)
-        # Only one empty script: the other places of the beam are still free.
-        dead = jnp.where(jnp.arange(width) == 0, 0.0, -jnp.inf)
-        return beam._replace(score=dead.astype(node.score.dtype))
+        return jax.tree.map(lambda x: jnp.asarray(x)[None], node)
 
     def expand(node: Node) -> tuple[Frame, Array]:
         frames, real = children(world, tables, node, events)
@@ -191,16 +197,29 @@ def _search_block(
             picked = jnp.argmax(values, axis=1)
         else:
             picked = _best_different(width, objective.keeps_history, frames, values, beam)
+        # The first turn can have fewer children than the beam has places.
+        spare = width - len(picked)
+        picked = jnp.pad(picked, (0, spare))
+        worth = values.reshape(-1)[picked]
+        worth = jnp.where(jnp.arange(width) < width - spare, worth, -jnp.inf)
         parent, child = picked // count, picked % count
-        frame = jax.tree.map(lambda x: x[parent, child], frames)
+        action = frames.action[parent, child]
         parents = jax.tree.map(lambda x: x[parent], beam)
-        step = partial(advance, objective, tables, params)
-        return jax.vmap(step)(parents, frame, values[parent, child]), (parent, frame.action)
+        # Observed anew: gathering the chosen frames would keep those of all children in memory.
+        step = partial(advance, world, objective, tables, params)
+        return jax.vmap(step)(parents, action, worth), (parent, action)
 
     def turn(beams: Node, _: None) -> tuple[Node, tuple[Array, Array]]:
         return jax.vmap(choose)(beams)
 
-    beams, (parents, actions) = jax.lax.scan(turn, jax.vmap(first)(starts), None, length=length)
+    beams = jax.vmap(first)(starts)
+    if width == 1:
+        beams, (parents, actions) = jax.lax.scan(turn, beams, None, length=length)
+    else:
+        # The first turn has one script to go on from, not `width`.
+        beams, opening = turn(beams, None)
+        beams, later = jax.lax.scan(turn, beams, None, length=length - 1)
+        parents, actions = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), opening, later)
     best = jnp.argmax(beams.score, axis=1)
 
     def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -235,7 +254,7 @@ def _best_different(
     near = jnp.abs(marks[:, None] - marks[None]) <= 1e-6 * (1 + jnp.abs(marks[None]))
     same = near.all(-1) & (state[:, None] == state[None])
     repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)
-    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), width)[1]
+    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), min(width, len(index)))[1]
     return index[kept]
 
 

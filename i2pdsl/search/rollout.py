@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from i2pdsl.audience.filter import update
 from i2pdsl.objective.compile import Objective
-from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.worlds.grid.world import GridWorld
 
 Array = Any
@@ -98,8 +98,15 @@ def scores(
 
 
 def advance(
-    objective: Objective, tables: Any, params: Any, node: Node, frame: Frame, score: Array
+    world: GridWorld,
+    objective: Objective,
+    tables: Any,
+    params: Any,
+    node: Node,
+    action: Array,
+    score: Array,
 ) -> Node:
-    """The node that a frame leads to."""
+    """The node that an action leads to; `score` is what its prefix is worth."""
+    frame = observe(world, tables, node.number + 1, node.state, action, node.belief)
     carry = objective.step(tables, params, node.carry, frame)
     return Node(frame.number, frame.state, frame.belief, carry, score)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
+from i2pdsl.language.typed import Turn
 from i2pdsl.language.vocabulary import Vocabulary
 
 Array = Any
@@ -37,6 +38,15 @@ class World(Protocol):
 
     def forgetting(self, tables: Tables) -> Array:
         """The share of belief that is reassigned after each observed action: [O]."""
+
+    def all_states(self, tables: Tables) -> Array:
+        """Every state, [S]."""
+
+    def act(self, tables: Tables, state: Array, turn: Turn) -> tuple[Array, Array]:
+        """An appended turn as an action, and whether it can happen in a state."""
+
+    def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The checker's arguments of a predicate in the world's own numbers."""
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""

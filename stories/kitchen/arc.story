@@ -4,4 +4,10 @@ length 25
 start absent(table)
 allow deus(table)
 
+let tide = sin(t/T * 3*pi)
+let fortune = E[V(robot) | script[:t]]
+
 maximize arc(robot)
+
+# expect (mean_t (tide * fortune) - mean_t tide * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.77
+# expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.97

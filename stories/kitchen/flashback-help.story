@@ -8,3 +8,6 @@ maximize depict(rho > 0, over = shown)
 maximize [pushes(robot, cheese) @ shown[T+1]]
 
 search beam(starts = 500, width = 100)
+
+# expect mean_{t in 1..T+1} P(rho > 0 | shown[:t]) >= 0.995
+# expect [pushes(robot, cheese) @ shown[T+1]] >= 1

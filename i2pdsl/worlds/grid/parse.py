@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import re
+from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedInput
-from lark.utils import TextSlice
-
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, did_you_mean
-from i2pdsl.language.mistakes import explain
-from i2pdsl.language.parse import RESERVED
-from i2pdsl.language.statements import Piece, check_text, read_source, split_statements
-from i2pdsl.resources import data_folder
+from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, shorten
+from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.worlds.grid.blocks import NAMED, Block, BlockReader
 from i2pdsl.worlds.grid.spec import (
     ACTIONS,
     NO_GOAL,
@@ -30,46 +23,10 @@ from i2pdsl.worlds.grid.spec import (
     Tile,
 )
 
-KEYWORDS = (
-    "map",
-    "tile",
-    "object",
-    "character",
-    "event",
-    "rewards",
-    "planning",
-    "audience",
-    "drawing",
-)
 EVENTS = ("deus",)
+_LARGEST = 1e6  # of rewards and attitudes
 _FLOOR = "."
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
-
-
-@cache
-def _grammar() -> Lark:
-    text = (data_folder("grammar") / "world.lark").read_text(encoding="utf-8")
-    return Lark(
-        text, parser="lalr", lexer="contextual", start="statement", propagate_positions=True
-    )
-
-
-@dataclass(frozen=True)
-class _Value:
-    """A value as written: a number, a name or text (str), a pair, or a tuple of values."""
-
-    span: Span
-    value: Any
-    kind: str  # number | name | text | pair | list
-
-
-@dataclass
-class _Block:
-    keyword: str
-    name: str
-    span: Span  # of the name, or of the keyword where there is none
-    entries: dict[str, _Value]
-    keys: dict[str, Span]
 
 
 def load_world(path: Path | str, name: str | None = None) -> GridSpec:
@@ -81,10 +38,7 @@ def parse_world(source: Source, name: str) -> GridSpec:
     """Parses and checks the text of a world. Raises StoryError with all its mistakes."""
     check_text(source)
     reader = _Reader(source)
-    pieces, problems = split_statements(source, KEYWORDS, drawn=frozenset(("map",)))
-    reader.problems.extend(problems)
-    for piece in pieces:
-        reader.statement(piece)
+    reader.read()
     spec = reader.world(name, _header(source))
     if reader.problems or spec is None:
         raise StoryError(sorted(reader.problems, key=lambda d: d.span.start))
@@ -101,168 +55,8 @@ def _header(source: Source) -> str:
     return "\n".join(lines)
 
 
-class _Reader:
-    """Collects the blocks of a file and turns them into a GridSpec."""
-
-    def __init__(self, source: Source):
-        self.source = source
-        self.problems: list[Diagnostic] = []
-        self.blocks: list[_Block] = []
-        self.rows: list[tuple[str, Span]] | None = None
-        self.map_span = Span(source, 0, 0)
-
-    def problem(
-        self, code: str, message: str, span: Span, hint: str | None = None, note: Note | None = None
-    ) -> None:
-        notes = (note,) if note else ()
-        self.problems.append(Diagnostic(code, message, span, hint, notes))
-
-    # Syntax.
-
-    def statement(self, piece: Piece) -> None:
-        if piece.keyword not in KEYWORDS:
-            span = Span(
-                self.source, piece.span.start, piece.span.start + max(1, len(piece.keyword))
-            )
-            shown = piece.keyword or piece.span.text[:1]
-            hint = did_you_mean(piece.keyword, KEYWORDS) or "one of " + ", ".join(KEYWORDS)
-            self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
-            return
-        try:
-            span = piece.span
-            tree = _grammar().parse(TextSlice(self.source.text, span.start, span.end))
-        except UnexpectedInput as problem:
-            self.problems.append(explain(problem, self.source, piece.span))
-            return
-        if tree.data == "map":
-            self.read_map(piece, tree)
-        else:
-            self.read_block(tree)
-
-    def read_map(self, piece: Piece, tree: Tree[Token]) -> None:
-        span = Span(self.source, piece.span.start, piece.span.start + 3)
-        if self.rows is not None:
-            note = Note("the first map", self.map_span)
-            self.problem("duplicate", "the world has two maps", span, note=note)
-            return
-        self.map_span = span
-        self.rows = [
-            (str(t), self.token_span(t)) for t in tree.children[1:] if isinstance(t, Token)
-        ]
-        if not self.rows:
-            self.problem("world-map", "the map has no rows", span, "draw it in indented lines")
-
-    def read_block(self, tree: Tree[Token]) -> None:
-        kind: Any = tree.children[0]
-        token = kind.children[0]
-        name: Any = tree.children[1]
-        block = _Block(str(token), str(name or ""), self.token_span(name or token), {}, {})
-        named = block.keyword in ("tile", "object", "character", "event")
-        if named and not name:
-            self.problem("world-block", f"this {token} needs a name", self.token_span(token))
-            return
-        if name and not named:
-            self.problem("world-block", f"`{token}` has no name", block.span)
-        for entry in tree.children[2:]:
-            parts: Any = entry.children  # type: ignore[union-attr]
-            key = str(parts[0])
-            if key in block.entries:
-                note = Note("the first", block.keys[key])
-                self.problem(
-                    "duplicate", f"`{key}` stands here twice", self.token_span(parts[0]), note=note
-                )
-            block.entries[key] = self.value(parts[2])
-            block.keys[key] = self.token_span(parts[0])
-        self.blocks.append(block)
-
-    def token_span(self, token: Token) -> Span:
-        assert token.start_pos is not None
-        assert token.end_pos is not None
-        return Span(self.source, token.start_pos, token.end_pos)
-
-    def value(self, tree: Any) -> _Value:
-        span = Span(self.source, tree.meta.start_pos, tree.meta.end_pos)
-        parts = tree.children
-        match str(tree.data):
-            case "number":
-                return _Value(span, float(parts[0]), "number")
-            case "negative":
-                return _Value(span, -float(parts[1]), "number")
-            case "name":
-                return _Value(span, str(parts[0]), "name")
-            case "string":
-                return _Value(span, str(parts[0])[1:-1], "text")
-            case "pair":
-                return _Value(span, (self.value(parts[1]), self.value(parts[3])), "pair")
-            case _:
-                items = [self.value(p) for p in parts if isinstance(p, Tree)]
-                return _Value(span, items, "list")
-
-    # Typed access to the entries of a block; a wrong one is reported and gives the default.
-
-    def known_keys(self, block: _Block, known: tuple[str, ...]) -> None:
-        for key, span in block.keys.items():
-            if key not in known:
-                hint = did_you_mean(key, known) or "known: " + ", ".join(known)
-                self.problem("world-key", f"`{block.keyword}` has no `{key}`", span, hint)
-
-    def number(
-        self, block: _Block, key: str, default: float, valid: Callable[[float], bool], range_: str
-    ) -> float:
-        value = block.entries.get(key)
-        if value is None:
-            return default
-        if value.kind != "number":
-            self.problem("world-value", f"`{key}` must be a number", value.span)
-            return default
-        if not valid(value.value):
-            message = f"`{key}` must be {range_}, not {value.span.text}"
-            self.problem("world-range", message, value.span)
-            return default
-        return float(value.value)
-
-    def word(self, block: _Block, key: str, default: str, allowed: tuple[str, ...] = ()) -> str:
-        value = block.entries.get(key)
-        if value is None:
-            return default
-        if value.kind not in ("name", "text"):
-            self.problem("world-value", f"`{key}` must be a word", value.span)
-            return default
-        if allowed and value.value not in allowed:
-            hint = did_you_mean(value.value, allowed) or "one of " + ", ".join(allowed)
-            self.problem("world-value", f"`{key}` cannot be `{value.value}`", value.span, hint)
-            return default
-        return str(value.value)
-
-    def words(
-        self, block: _Block, key: str, allowed: tuple[str, ...], what: str
-    ) -> tuple[str, ...]:
-        value = block.entries.get(key)
-        if value is None:
-            return ()
-        items = value.value if value.kind == "list" else [value]
-        found: list[str] = []
-        for item in items:
-            if item.kind not in ("name", "text"):
-                self.problem("world-value", f"`{key}` must name a {what}", item.span)
-            elif item.value not in allowed:
-                hint = did_you_mean(item.value, allowed)
-                self.problem("world-name", f"there is no {what} `{item.value}`", item.span, hint)
-            elif item.value not in found:
-                found.append(item.value)
-        return tuple(found)
-
-    def color(self, block: _Block, key: str, default: str) -> str:
-        value = block.entries.get(key)
-        if value is None:
-            return default
-        if value.kind != "text" or not re.fullmatch(r"#[0-9a-fA-F]{6}", value.value):
-            hint = 'write it as "#rrggbb"'
-            self.problem("world-value", f"`{key}` must be a colour", value.span, hint)
-            return default
-        return str(value.value).lower()
-
-    # The world.
+class _Reader(BlockReader):
+    """Turns the blocks of a file into a GridSpec."""
 
     def world(self, name: str, documentation: str) -> GridSpec | None:
         of = lambda keyword: [b for b in self.blocks if b.keyword == keyword]
@@ -270,7 +64,7 @@ class _Reader:
         if not self.source.text.strip():
             self.problem("empty", "the file is empty", whole, "a world needs a map and a character")
             return None
-        if self.rows is None:
+        if self.rows is None and not self.incomplete:
             self.problem("world-map", "the world has no map", whole, "draw one below `map`")
         self.unique_names()
         rows = self.checked_rows()
@@ -302,46 +96,62 @@ class _Reader:
         if rows and not self.problems and len(spec.free_cells) < needed:
             free = len(spec.free_cells)
             message = f"the map has {free or 'no'} free cell{'' if free == 1 else 's'}"
-            self.problem(
-                "world-map", f"{message} for {needed} characters and objects", self.map_span
-            )
+            message = f"{message}, but {needed} {'is' if needed == 1 else 'are'} needed"
+            hint = "every character has a cell, and every object that is never absent"
+            self.problem("world-map", message, self.map_span, hint)
         return spec
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
         for block in self.blocks:
-            if block.keyword not in ("tile", "object", "character"):
+            if block.keyword not in NAMED:
+                if block.keyword in seen:
+                    note = Note("the first one", seen[block.keyword])
+                    message = f"a world has only one `{block.keyword}`, this is another"
+                    self.problem("duplicate", message, block.span, note=note)
+                seen.setdefault(block.keyword, block.span)
                 continue
             if block.name in seen:
                 note = Note("the other one", seen[block.name])
                 message = f"two things have the name `{block.name}`"
                 self.problem("duplicate", message, block.span, note=note)
+                self.incomplete = True
             elif block.name in RESERVED or block.name in (*ACTIONS, NO_GOAL, "nothing"):
                 message = f"`{block.name}` is a word of the language and cannot be a name"
-                self.problem("reserved", message, block.span)
+                self.problem("reserved", message, block.span, "choose another name")
+                self.incomplete = True
             seen.setdefault(block.name, block.span)
 
     def checked_rows(self) -> list[str]:
         rows = self.rows or []
-        symbols = {_FLOOR, WALL}
-        for block in self.blocks:
-            if block.keyword == "tile" and "symbol" in block.entries:
-                symbols.add(str(block.entries["symbol"].value))
+        tiles = [b for b in self.blocks if b.keyword == "tile"]
+        marks = {self.mark(b) for b in tiles if "cell" not in b.entries}
+        symbols = {_FLOOR, WALL, *(m for m in marks if m is not None)}
+        usual = Counter(len(row) for row, _ in rows).most_common(1)
         for row, span in rows:
-            if len(row) != len(rows[0][0]):
-                message = f"this row has {len(row)} cells, the first has {len(rows[0][0])}"
+            if len(row) != usual[0][0]:
+                message = f"this row has {len(row)} cells, the others have {usual[0][0]}"
                 self.problem("world-map", message, span, "all rows of a map are equally long")
             for i, symbol in enumerate(row):
-                if symbol not in symbols:
+                # A tile whose symbol cannot be read may be the one that is drawn here.
+                if symbol not in symbols and None not in marks and not self.incomplete:
                     place = Span(self.source, span.start + i, span.start + i + 1)
                     known = ", ".join(f"`{s}`" for s in sorted(symbols))
                     hint = f"known: {known}; declare it: tile NAME with symbol = {symbol}"
                     self.problem("world-map", f"unknown symbol `{symbol}`", place, hint)
         return [row for row, _ in rows]
 
-    def tiles(self, blocks: list[_Block], rows: list[str]) -> tuple[Tile, ...]:
+    def mark(self, block: Block) -> str | None:
+        """The symbol that a tile has on the map, or None where it has none that is valid."""
+        symbol = block.entries.get("symbol")
+        if symbol is None or symbol.kind not in ("name", "text", "number"):
+            return None
+        mark = symbol.span.text.strip('"')
+        return mark if len(mark) == 1 and mark not in (WALL, _FLOOR) else None
+
+    def tiles(self, blocks: list[Block], rows: list[str]) -> tuple[Tile, ...]:
         tiles: list[Tile] = []
-        owner: dict[tuple[int, int], _Block] = {}
+        owner: dict[tuple[int, int], Block] = {}
         for number, block in enumerate(blocks):
             self.known_keys(block, ("symbol", "cell", "color"))
             color = self.color(block, "color", _TILE_COLORS[number % len(_TILE_COLORS)])
@@ -355,59 +165,60 @@ class _Reader:
             tiles.append(Tile(block.name, cells, color))
         return tuple(tiles)
 
-    def tile_cells(self, block: _Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
+    def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
         symbol, cell = block.entries.get("symbol"), block.entries.get("cell")
         if (symbol is None) == (cell is None):
             hint = "give `symbol = P`, drawn on the map, or `cell = (column, row)`"
             self.problem("world-tile", f"where does `{block.name}` lie?", block.span, hint)
             return ()
         if symbol is not None:
-            mark = str(symbol.value)
-            if (
-                symbol.kind not in ("name", "text", "number")
-                or len(symbol.span.text.strip('"')) != 1
-            ):
-                self.problem("world-tile", "a symbol is a single character", symbol.span)
-                return ()
-            if symbol.kind == "number":
-                mark = symbol.span.text
-            if mark in (WALL, _FLOOR):
-                what = "a wall" if mark == WALL else "plain floor"
-                self.problem("world-tile", f"`{mark}` means {what}", symbol.span)
+            mark = self.mark(block)
+            if mark is None:
+                hint = f"`{WALL}` is a wall and `{_FLOOR}` plain floor"
+                message = "the symbol of a tile is a single character of its own"
+                self.problem("world-tile", message, symbol.span, hint)
                 return ()
             found = tuple(
                 (c, r) for r, row in enumerate(rows) for c, s in enumerate(row) if s == mark
             )
-            if not found and rows:
-                self.problem("world-tile", f"`{mark}` does not occur on the map", symbol.span)
+            if not found and rows and not self.problems:
+                hint = "draw it there, or give `cell = (column, row)`"
+                self.problem("world-tile", f"`{mark}` does not occur on the map", symbol.span, hint)
             return found
         assert cell is not None
-        if cell.kind != "pair" or any(v.kind != "number" for v in cell.value):
-            self.problem("world-tile", "a cell is written (column, row)", cell.span)
+        numbers = [v.value for v in cell.value if v.kind == "number"] if cell.kind == "pair" else []
+        if len(numbers) < 2 or any(v != v // 1 for v in numbers):
+            hint = "write `cell = (column, row)`, whole numbers that count from 0 at the top left"
+            self.problem("world-tile", "this is not a cell", cell.span, hint)
             return ()
-        column, row = (int(v.value) for v in cell.value)
-        if not (0 <= row < len(rows) and 0 <= column < len(rows[row])):
+        column, row = numbers
+        inside = 0 <= row < len(rows) and 0 <= column < len(rows[int(row)])
+        if inside and rows[int(row)][int(column)] != WALL:
+            return ((int(column), int(row)),)
+        if rows:
             hint = "columns and rows count from 0 at the top left"
-            self.problem("world-tile", f"({column}, {row}) is outside the map", cell.span, hint)
-            return ()
-        if rows[row][column] == WALL:
-            self.problem("world-tile", f"the tile `{block.name}` lies on a wall", cell.span)
-            return ()
-        return ((column, row),)
+            where = "on a wall" if inside else "outside the map"
+            self.problem("world-tile", f"the tile `{block.name}` lies {where}", cell.span, hint)
+        return ()
 
-    def thing(self, block: _Block) -> Thing:
+    def thing(self, block: Block) -> Thing:
         self.known_keys(block, ("may_be_absent", "sprite", "color"))
-        absent = self.word(block, "may_be_absent", "no", ("yes", "no")) == "yes"
+        # Where the word is wrong, `yes` spares a second mistake in the events.
+        default = "yes" if "may_be_absent" in block.entries else "no"
+        absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.word(block, "sprite", "box")
         return Thing(block.name, absent, sprite, self.color(block, "color", "#b08a5a"))
 
     def characters(
-        self, blocks: list[_Block], tiles: tuple[Tile, ...], things: tuple[str, ...], whole: Span
+        self, blocks: list[Block], tiles: tuple[Tile, ...], things: tuple[str, ...], whole: Span
     ) -> tuple[Character, ...]:
-        if not blocks:
-            self.problem("world-cast", "the world has no character", whole, "add `character NAME`")
+        if not blocks and not self.incomplete:
+            hint = "add `character NAME`"
+            self.problem("world-cast", "the world has no character", whole, hint)
         for block in blocks[2:]:
-            self.problem("world-cast", "a world has one or two characters", block.span)
+            message = "a world has one or two characters, this is another"
+            self.problem("world-cast", message, block.span)
+            self.incomplete = True
         blocks = blocks[:2]
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
@@ -415,7 +226,8 @@ class _Reader:
         if len([c for c in found if c.toward]) == 2:
             hint = "the one with an attitude models the other"
             message = "only one character can have an attitude"
-            self.problem("world-cast", message, blocks[1].keys["toward"], hint)
+            note = Note("the other one", blocks[0].keys["toward"])
+            self.problem("world-cast", message, blocks[1].keys["toward"], hint, note)
         if len([c for c in found if c.toward or c.models]) == 2 and not self.problems:
             message = "two characters cannot model each other"
             self.problem("world-cast", message, blocks[1].span, "remove one of the two")
@@ -423,7 +235,7 @@ class _Reader:
 
     def one_character(
         self,
-        block: _Block,
+        block: Block,
         names: tuple[str, ...],
         tiles: tuple[str, ...],
         things: tuple[str, ...],
@@ -438,7 +250,11 @@ class _Reader:
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         toward = self.words(block, "toward", others, "other character")
         models = self.words(block, "models", others, "other character")
-        attitude = self.attitude(block, bool(toward))
+        if "goals" in block.entries and block.entries["goals"].value == []:
+            hint = f"leave the line out, or write `goals = {{{NO_GOAL}}}`"
+            span = block.entries["goals"].span
+            self.problem("world-value", f"`{block.name}` needs a goal", span, hint)
+        attitude = self.attitude(block, "toward" in block.entries)
         return Character(
             block.name,
             success,
@@ -451,7 +267,7 @@ class _Reader:
             self.color(block, "color", "#7c9cc0"),
         )
 
-    def attitude(self, block: _Block, has_target: bool) -> tuple[float, ...]:
+    def attitude(self, block: Block, has_target: bool) -> tuple[float, ...]:
         value = block.entries.get("attitude")
         if value is None:
             if has_target:
@@ -466,15 +282,20 @@ class _Reader:
         numbers: list[float] = []
         for item in items:
             if item.kind != "number":
-                self.problem("world-value", "an attitude is a number", item.span)
+                message = f"an attitude is a number, not `{shorten(item.span.text)}`"
+                self.problem("world-value", message, item.span, "attitude = {-1, 0, 1}")
+            elif abs(item.value) > _LARGEST:
+                message = "an attitude must be between -1e6 and 1e6"
+                self.problem("world-range", message, item.span)
             elif item.value not in numbers:
                 numbers.append(item.value)
-        if not numbers:
-            self.problem("world-value", "an attitude needs values", value.span)
+        if not items:
+            hint = "attitude = {-1, 0, 1}"
+            self.problem("world-value", "an attitude needs values", value.span, hint)
         return tuple(numbers)
 
     def events(
-        self, blocks: list[_Block], things: tuple[Thing, ...]
+        self, blocks: list[Block], things: tuple[Thing, ...]
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
         found = []
         for block in blocks:
@@ -484,8 +305,9 @@ class _Reader:
                 self.problem("world-name", f"there is no event `{block.name}`", block.span, hint)
             names = tuple(t.name for t in things)
             drops = self.words(block, "drops", names, "object")
-            if not block.entries.get("drops"):
-                self.problem("world-block", "what does it drop?", block.span, "drops = {table}")
+            if "drops" not in block.entries or block.entries["drops"].value == []:
+                hint = "give the objects: drops = {table}"
+                self.problem("world-block", "what does the event bring?", block.span, hint)
             for name in drops:
                 if not next(t for t in things if t.name == name).may_be_absent:
                     message = f"`{name}` is never absent, so it cannot fall"
@@ -494,7 +316,7 @@ class _Reader:
             found.append((block.name, drops))
         return tuple(found)
 
-    def settings(self, of: Callable[[str], list[_Block]]) -> Settings:
+    def settings(self, of: Callable[[str], list[Block]]) -> Settings:
         values: dict[str, Any] = {}
         groups = {
             "rewards": ("goal", "move", "stay"),
@@ -510,14 +332,14 @@ class _Reader:
                         values[key] = self.setting(block, key, default)
         return Settings(**values)
 
-    def setting(self, block: _Block, key: str, default: Any) -> float | str:
+    def setting(self, block: Block, key: str, default: Any) -> float | str:
         if key in SETTING_WORDS:
             return self.word(block, key, default, SETTING_WORDS[key])
         valid, range_ = SETTING_RANGES[key]
         return self.number(block, key, default, valid, range_)
 
     def ordered(
-        self, blocks: list[_Block], characters: tuple[Character, ...]
+        self, blocks: list[Block], characters: tuple[Character, ...]
     ) -> tuple[Character, ...]:
         for block in blocks:
             if "order" not in block.entries:
@@ -526,7 +348,7 @@ class _Reader:
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
                 return tuple(next(c for c in characters if c.name == n) for n in order)
-            if not self.problems:
+            if not self.problems and not self.incomplete:
                 span = block.entries["order"].span
                 self.problem("world-value", "the order must name every character once", span)
         return characters
@@ -537,9 +359,9 @@ SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "hypotheses": ("merged", "literal"),
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
-    "goal": (lambda x: abs(x) <= 1e6, "between -1e6 and 1e6"),
-    "move": (lambda x: abs(x) <= 1e6, "between -1e6 and 1e6"),
-    "stay": (lambda x: abs(x) <= 1e6, "between -1e6 and 1e6"),
+    "goal": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
+    "move": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
+    "stay": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),

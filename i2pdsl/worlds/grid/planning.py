@@ -239,7 +239,7 @@ def _level0(spec, dynamics, other):  # type: ignore[no-untyped-def]
         weights = np.exp(spec.settings.beta * (costs(spec) - costs(spec).max()))
     else:
         weights = np.ones(len(ACTIONS))
-    policy = (weights / weights.sum())[None, :]
+    policy = (weights / weights.sum())[None, :, None]
 
     def answer(problems: int) -> Answer:
         return Answer(

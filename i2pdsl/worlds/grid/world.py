@@ -72,6 +72,9 @@ class GridWorld:
     def forgetting(self, tables: model.Tables) -> Array:
         return tables.forgetting
 
+    def all_states(self, tables: model.Tables) -> Array:
+        return tables.cells.__array_namespace__().arange(tables.cells.shape[0])
+
     def turns(self, tables: model.Tables, state: Array) -> model.Turns:
         return model.turns(tables, self.moves, state)
 

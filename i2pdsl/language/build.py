@@ -1,0 +1,282 @@
+"""From Lark's tree to the syntax tree: one method for each rule of grammar/story.lark."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from lark import Token, Tree
+
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError
+from i2pdsl.language import ast
+from i2pdsl.language.builtins import RESERVED
+
+
+class Builder:
+    """Builds the syntax tree from Lark's; one method for each rule's name."""
+
+    def __init__(self, source: Source, documentation: str = ""):
+        self.source = source
+        self.documentation = documentation
+
+    def span(self, item: Tree[Token] | Token) -> Span:
+        if isinstance(item, Token):
+            assert item.start_pos is not None
+            assert item.end_pos is not None
+            return Span(self.source, item.start_pos, item.end_pos)
+        return Span(self.source, item.meta.start_pos, item.meta.end_pos)
+
+    def name(self, token: Token) -> ast.Name:
+        if str(token) in RESERVED and token.type == "NAME":
+            message = f"`{token}` is a word of the language and cannot be a name"
+            hint = "choose another name"
+            raise StoryError([Diagnostic("reserved", message, self.span(token), hint)])
+        return ast.Name(self.span(token), str(token))
+
+    def target(self, item: Any) -> ast.Name | ast.Text:
+        return self.text(item) if item.type == "STRING" else self.name(item)
+
+    def text(self, token: Token) -> ast.Text:
+        return ast.Text(self.span(token), str(token)[1:-1])
+
+    def statement(self, tree: Tree[Token]) -> ast.Statement:
+        span = self.span(tree)
+        parts = tree.children
+        rest: Any = parts[1]
+        match str(tree.data):
+            case "world":
+                return ast.World(span, self.target(rest), self.settings(parts[2]))
+            case "length":
+                return ast.LengthIs(span, self.expression(rest))
+            case "start":
+                return ast.Start(span, self.expression(rest))
+            case "allow":
+                return ast.Allow(span, self.expressions(parts[1:]))
+            case "let":
+                return ast.Let(span, self.name(rest), self.expression(parts[3]))
+            case "pattern":
+                return self.pattern(tree)
+            case "import_":
+                return ast.Import(span, self.target(rest))
+            case "maximize":
+                return ast.Objective(span, 1, self.expression(rest))
+            case "minimize":
+                return ast.Objective(span, -1, self.expression(rest))
+            case "rationality" | "plausibility":
+                return ast.Weight(span, str(tree.data), self.expression(rest))
+            case "assume":
+                condition = self.expression(rest)
+                nothing = isinstance(condition, ast.Name) and condition.id == "nothing"
+                return ast.Assume(span, None if nothing else condition)
+            case "audience":
+                return ast.Audience(span, self.name(rest), self.settings(parts[2]))
+            case _:
+                return ast.Search(span, self.name(rest), self.settings(parts[2]))
+
+    def pattern(self, tree: Tree[Token]) -> ast.Pattern:
+        name: Any = tree.children[1]
+        parameters = []
+        for part in tree.children:
+            if isinstance(part, Tree) and part.data in ("parameter", "parameter_default"):
+                default = self.expression(part.children[2]) if len(part.children) > 1 else None
+                token: Any = part.children[0]
+                parameters.append(ast.Parameter(self.span(part), self.name(token), default))
+        body = self.expression(tree.children[-1])
+        return ast.Pattern(
+            self.span(tree), self.name(name), tuple(parameters), body, self.documentation
+        )
+
+    def settings(self, tree: Any) -> tuple[ast.Argument, ...]:
+        return self.arguments(tree.children) if tree is not None else ()
+
+    def expressions(self, parts: Any) -> tuple[ast.Expr, ...]:
+        return tuple(
+            self.expression(p) for p in parts if isinstance(p, Tree | Token) and not _mark(p)
+        )
+
+    def expression(self, item: Any) -> ast.Expr:
+        build: Callable[[Span, list[Any]], ast.Expr] = getattr(self, f"_{item.data}")
+        return build(self.span(item), item.children)
+
+    def arguments(self, parts: Any) -> tuple[ast.Argument, ...]:
+        found = []
+        for part in parts:
+            if not isinstance(part, Tree):
+                continue
+            span = self.span(part)
+            if part.data == "argument":
+                found.append(ast.Argument(span, None, self.expression(part.children[0])))
+            else:
+                token: Any = part.children[0]
+                name, tree = self.name(token), part.children[2]
+                value = self.expression(tree)
+                comparison = _as_comparison(name, tree, value, span)
+                found.append(ast.Argument(span, name, value, comparison))
+        return tuple(found)
+
+    def given(self, tree: Any) -> tuple[ast.Expr, ...]:
+        return self.expressions(tree.children) if tree is not None else ()
+
+    # One method for each rule of an expression.
+
+    def _conditional(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.If(span, self.expression(p[1]), self.expression(p[3]), self.expression(p[5]))
+
+    def _disjunction(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Or(span, self.expressions(p))
+
+    def _conjunction(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.And(span, self.expressions(p))
+
+    def _negation(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Not(span, self.expression(p[1]))
+
+    def _comparison(self, span: Span, p: list[Any]) -> ast.Expr:
+        operators = tuple(str(token) for token in p[1::2])
+        return ast.Compare(span, operators, tuple(self.expression(x) for x in p[0::2]))
+
+    def _member(self, span: Span, p: list[Any]) -> ast.Expr:
+        items = ast.SetOf(self.span(p[2]), self.expressions(p[2].children))
+        return ast.Member(span, self.expression(p[0]), items)
+
+    def _plus(self, span: Span, p: list[Any]) -> ast.Expr:
+        return self.expression(p[1])
+
+    def _sum(self, span: Span, p: list[Any]) -> ast.Expr:
+        p = [x for x in p if x is not None]
+        if isinstance(p[0], Token):
+            p = p[1:]
+        signs, terms = [1], [self.expression(p[0])]
+        for sign, term in zip(p[1::2], p[2::2], strict=True):
+            if sign.type == "PLUSPLUS":
+                # `a + script ++ [...]` binds the turn to what stands right before it.
+                turn = tuple(self._turn_item(m) for m in term.children if isinstance(m, Tree))
+                joined = terms[-1].span.to(self.span(term))
+                terms[-1] = ast.Append(joined, terms[-1], turn)
+            else:
+                signs.append(-1 if sign.type == "MINUS" else 1)
+                terms.append(self.expression(term))
+        return terms[0] if len(terms) == 1 else ast.Sum(span, tuple(signs), tuple(terms))
+
+    def _turn_item(self, tree: Tree[Token]) -> ast.Move | ast.Fall:
+        parts: list[Any] = tree.children
+        if tree.data == "move":
+            who, action = self.name(parts[0]), self.name(parts[2])
+            return ast.Move(self.span(tree), who, action, parts[3] is not None)
+        place = self.expression(parts[4])
+        return ast.Fall(self.span(tree), self.name(parts[0]), self.name(parts[2]), place)
+
+    def _product(self, span: Span, p: list[Any]) -> ast.Expr:
+        operators = tuple(str(token) for token in p[1::2])
+        return ast.Product(span, operators, tuple(self.expression(x) for x in p[0::2]))
+
+    def _minus(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Negative(span, self.expression(p[1]))
+
+    def _power(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Power(span, self.expression(p[0]), self.expression(p[2]))
+
+    def _reduction(self, span: Span, p: list[Any]) -> ast.Expr:
+        kind = str(p[0]).partition("_")[0]
+        return ast.Reduction(span, kind, None, None, self.expression(p[1]))
+
+    def _reduction_range(self, span: Span, p: list[Any]) -> ast.Expr:
+        kind = str(p[0]).partition("_")[0]
+        first, last = self.expression(p[3]), self.expression(p[5])
+        return ast.Reduction(span, kind, first, last, self.expression(p[7]))
+
+    def _prefix(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Prefix(span, self.expression(p[0]), self.expression(p[3]))
+
+    def _frame(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.FrameOf(span, self.expression(p[0]), self.expression(p[2]))
+
+    def _number(self, span: Span, p: list[Any]) -> ast.Expr:
+        value = float(p[0])
+        if not math.isfinite(value):
+            raise StoryError([Diagnostic("number", "this number is too large", span)])
+        return ast.Number(span, value)
+
+    def _name(self, span: Span, p: list[Any]) -> ast.Expr:
+        return self.name(p[0])
+
+    def _string(self, span: Span, p: list[Any]) -> ast.Expr:
+        return self.text(p[0])
+
+    def _time(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Time(span)
+
+    def _length_of_story(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Length(span)
+
+    def _script(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Script(span)
+
+    def _group(self, span: Span, p: list[Any]) -> ast.Expr:
+        return self.expression(p[1])
+
+    def _pair(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Pair(span, self.expression(p[1]), self.expression(p[3]))
+
+    def _call(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Call(span, self.name(p[0]), self.arguments(p[1:]))
+
+    def _last(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.LastOf(span, self.expression(p[2]))
+
+    def _probability(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Probability(span, self.expression(p[2]), self.given(p[4]))
+
+    def _expectation(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Expectation(span, self.expression(p[2]), self.given(p[4]))
+
+    def _value(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.ValueOf(span, self.expression(p[2]))
+
+    def _divergence(self, span: Span, p: list[Any]) -> ast.Expr:
+        latent = self.expression(p[2]) if p[2] is not None else None
+        return ast.Divergence(span, latent, self.expression(p[4]), self.given(p[6]))
+
+    def _entropy(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Entropy(span, self.expression(p[2]), self.given(p[4]))
+
+    def _entropy_of_all(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Entropy(span, None, self.given(p[2]))
+
+    def _surprise(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Surprise(span, self.expression(p[2]))
+
+    def _suspense(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Suspense(span, self.expression(p[2]), self.given(p[4]))
+
+    def _holds(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Holds(span, self.expression(p[1]), self.expression(p[3]))
+
+
+def _mark(item: Any) -> bool:
+    """Whether this is punctuation or a keyword rather than an operand."""
+    return isinstance(item, Token)
+
+
+def _as_comparison(name: ast.Name, tree: Any, value: ast.Expr, span: Span) -> ast.Expr | None:
+    """`rho = 0 and x` read as a condition rather than as a named argument.
+
+    The name belongs to the leftmost comparison of the value; a value that begins with `not` or
+    `if` cannot be read in this way.
+    """
+    match str(tree.data):
+        case "disjunction" | "conjunction":
+            assert isinstance(value, ast.Or | ast.And)
+            first = _as_comparison(name, tree.children[0], value.operands[0], span)
+            if first is None:
+                return None
+            return type(value)(span, (first, *value.operands[1:]))
+        case "comparison":
+            assert isinstance(value, ast.Compare)
+            inner = name.span.to(value.span)
+            return ast.Compare(inner, ("=", *value.operators), (name, *value.operands))
+        case "negation" | "conditional" | "member":
+            return None
+        case _:
+            return ast.Compare(name.span.to(value.span), ("=",), (name, value))

@@ -1,0 +1,3 @@
+world kitchen
+length 1.5
+maximize 1

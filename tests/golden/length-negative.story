@@ -1,0 +1,3 @@
+world kitchen
+length -3
+maximize 1

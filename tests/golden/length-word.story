@@ -1,0 +1,3 @@
+world kitchen
+length many
+maximize 1

@@ -1,0 +1,3 @@
+world kitchen
+length 0
+maximize 1

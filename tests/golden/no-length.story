@@ -1,0 +1,2 @@
+world kitchen
+maximize depict(rho > 0)

@@ -1,0 +1,2 @@
+world kitchen
+length 15

@@ -1,0 +1,2 @@
+length 15
+maximize depict(rho > 0)

@@ -1,0 +1,3 @@
+world kichen
+length 15
+maximize depict(rho > 0)

@@ -1,0 +1,2 @@
+pattern p(x) = q(x)
+pattern q(x) = p(x)

@@ -1,0 +1,4 @@
+world kitchen
+length 15
+maximize 1
+search descend

@@ -1,0 +1,3 @@
+world kitchen
+length 15
+search naive(starts = 3)

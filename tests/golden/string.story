@@ -1,0 +1,4 @@
+world kitchen
+length 15
+import "mine
+maximize 1

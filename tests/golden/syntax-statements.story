@@ -1,0 +1,3 @@
+world kitchen length 15
+length
+maximize

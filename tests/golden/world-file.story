@@ -1,0 +1,3 @@
+world broken_golden
+length 15
+maximize 1

@@ -1,0 +1,3 @@
+world smooth
+length 15
+maximize sum_t suspense(rho | script[:t])

@@ -1,0 +1,22 @@
+import depict
+import "stories/patterns"
+world kitchen(beta = 1.5)
+length 12
+start absent(table)
+allow deus(table)
+let shown = script ++ [cheese: stay, robot: east]
+
+# Not its documentation.
+
+# Two lines
+# of documentation.
+pattern rise(event, over = script, slope = 1 / T) =
+    sum_t slope * t * P(event | over[:t])
+pattern nothing() = 0
+maximize rise(rho > 0, over = shown)
+minimize nothing()
+rationality 0.5
+plausibility 0
+assume R_robot and R_cheese
+audience average(bayesian(beta = 1), bayesian(prior = if rho > 0 then 2 else 1))
+search beam(starts = 100, width = 2)

@@ -1,0 +1,150 @@
+"""Whole messages, as people see them: tests/golden/CODE[-VARIANT].story|.world|.query and .txt.
+
+To accept new wording: `pytest tests/language --update-goldens`, then read every difference.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.language.check import check_query, check_source
+from i2pdsl.language.parse import parse
+from i2pdsl.language.scope import build_module
+from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.grid.parse import parse_world
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "tests" / "golden"
+HELPERS = ("helpers_golden.story", "broken_golden.world")
+CASES = sorted(
+    path
+    for path in FOLDER.iterdir()
+    if path.suffix in (".story", ".world", ".query") and path.name not in HELPERS
+)
+SOURCES = [
+    *(ROOT / "i2pdsl" / "language").glob("*.py"),
+    ROOT / "i2pdsl" / "worlds" / "grid" / "blocks.py",
+    ROOT / "i2pdsl" / "worlds" / "grid" / "parse.py",
+]
+REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
+ELSEWHERE = {"set": "tests of `i2p run --set`"}  # codes of files that have their own tests
+
+
+def find_world(name: str, folder: Path | None) -> Vocabulary | None:
+    """The worlds of the goldens: `smooth` is a kitchen whose actions cannot be listed."""
+    if name == "smooth":
+        kitchen = find_vocabulary("kitchen", folder)
+        assert kitchen is not None
+        return replace(kitchen, enumerable=False)
+    return find_vocabulary(name, folder)
+
+
+@cache
+def diagnostics(path: Path) -> tuple[Diagnostic, ...]:
+    """What is said about a golden file."""
+    data = path.read_bytes()
+    try:
+        source = decode(data, path.name)
+        if path.suffix == ".world":
+            parse_world(source, path.stem)
+            return ()
+        if path.suffix == ".query":
+            kitchen = find_vocabulary("kitchen")
+            assert kitchen is not None
+            module = build_module(parse(Source("empty", "let x = 1")), lambda _: None, None)
+            return check_query(source, kitchen, module, 5).warnings
+        return check_source(source, find_world, FOLDER).warnings
+    except StoryError as problem:
+        return problem.diagnostics
+
+
+def shown(problems: tuple[Diagnostic, ...]) -> str:
+    text = "\n".join(problem.render() for problem in problems)
+    text = text.replace(str(FOLDER) + "/", "").replace(str(ROOT) + "/", "")
+    return text + "\n"
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.name)
+def test_message_is_golden(path: Path, request: pytest.FixtureRequest) -> None:
+    problems = diagnostics(path)
+    assert problems, "a golden file must be wrong in some way"
+    golden = path.with_suffix(".txt")
+    if request.config.getoption("--update-goldens", default=False):
+        golden.write_text(shown(problems), encoding="utf-8")
+    assert shown(problems) == golden.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.name)
+def test_first_line_and_underline_agree(path: Path) -> None:
+    """`FILE:LINE:COLUMN: error[code]: message`, and carets below exactly what the span holds."""
+    for problem in diagnostics(path):
+        head, *rest = problem.render().split("\n")
+        match = re.fullmatch(r"(.+?):(\d+):(\d+): (error|warning)\[([a-z-]+)\]: (.+)", head)
+        assert match, head
+        line, column = int(match[2]), int(match[3])
+        assert problem.span.source.position(problem.span.start) == (line, column)
+        assert match[5] == problem.code
+        if rest and "^" in "".join(rest[:2]):
+            source_line, carets = rest[0], rest[1]
+            start = carets.index("^")
+            first = problem.span.text.split("\n")[0]
+            if "…" not in source_line and first.isprintable() and first:
+                underlined = source_line[start : start + carets.count("^")]
+                assert underlined == first.rstrip()
+
+
+def codes_of(path: Path) -> Iterator[str]:
+    """The codes that a module can report."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for function in ast.walk(tree):
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        for call in (n for n in ast.walk(function) if isinstance(n, ast.Call) and n.args):
+            name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+            first = call.args[0]
+            if name not in REPORTERS:
+                continue
+            if isinstance(first, ast.Constant):
+                yield str(first.value)
+            elif isinstance(first, ast.Name) and first.id == "code":
+                # Chosen among constants of the same function.
+                for n in ast.walk(function):
+                    if isinstance(n, ast.Constant) and re.fullmatch(r"no-[a-z]+", str(n.value)):
+                        yield n.value
+
+
+def test_every_code_has_a_golden() -> None:
+    emitted = {code for path in SOURCES for code in codes_of(path)} - ELSEWHERE.keys()
+    assert len(emitted) > 50, "the codes are not found in the source any more"
+    told = {problem.code for path in CASES for problem in diagnostics(path)}
+    told |= {"no-file", "too-long"}  # test_files_that_cannot_be_read
+    assert told == emitted
+    unnamed = {code for code in told if not list(FOLDER.glob(f"{code}*.txt"))}
+    assert not unnamed, "the golden files of a code begin with its name"
+
+
+def test_every_golden_text_belongs_to_a_file() -> None:
+    written = {path.stem for path in CASES} | {"no-file", "too-long"}
+    assert {path.stem for path in FOLDER.glob("*.txt")} == written
+    assert len(CASES) == len({path.stem for path in CASES})
+
+
+@pytest.mark.parametrize("code", ["no-file", "too-long"])
+def test_files_that_cannot_be_read(code: str, request: pytest.FixtureRequest) -> None:
+    too_long = Source("long.story", "#" * (LONGEST_FILE + 1))
+    with pytest.raises(StoryError) as caught:
+        check_source(read_source("not/there.story") if code == "no-file" else too_long, find_world)
+    golden = FOLDER / f"{code}.txt"
+    if request.config.getoption("--update-goldens", default=False):
+        golden.write_text(shown(caught.value.diagnostics), encoding="utf-8")
+    assert shown(caught.value.diagnostics) == golden.read_text(encoding="utf-8")

@@ -1,0 +1,213 @@
+"""Beam search against brute force, and its promises: determinism, blocks, events, interruption."""
+
+from __future__ import annotations
+
+from random import Random
+
+import numpy as np
+import pytest
+import reference
+from i2pdsl.audience.replay import replay
+from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.pipeline import trajectory
+from i2pdsl.search import beam
+from i2pdsl.search.beam import Found, beam_search, draw_starts
+from worlds_for_tests import Pair, planned, small_kitchen
+
+CORRIDOR = """
+map
+    A...B
+tile left
+    symbol = A
+tile right
+    symbol = B
+character one
+    goals = {left, right}
+planning
+    gamma = 0.9
+    beta = 1
+"""
+
+
+def search(
+    pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1, block: int = 0
+) -> Found:
+    story = pair.story(text)
+    world = pair.world
+    entities = world.spec.entities
+    events = tuple(world.moves.events.index(entities.index(t)) for _, t in story.allow)
+    objective = story_objective(story, world)
+    return beam_search(world, objective, story.length, np.array(starts), width, events)
+
+
+def score(pair: Pair, text: str, start: int, actions: np.ndarray) -> float:
+    path = trajectory(pair.world, start, actions)
+    return score_script(pair.story(text), pair.world, replay(pair.world, path.states, path.actions))
+
+
+@pytest.fixture(scope="module")
+def pair() -> Pair:
+    return small_kitchen()
+
+
+@pytest.mark.parametrize(
+    "objective",
+    [
+        "sum_t P(G_one = left | script[:t])",
+        "sum_t P(G_one = left | script[:t]) - 0.5 * (sum_t KL(script[:t-1] || script[:t]))",
+        "(max_t P(G_one = left | script[:t])) * (min_t P(G_one = right | script[:t]))",
+        "P(G_one = left | script[:2]) - P(G_one = left | script[:4])",
+    ],
+)
+def test_full_width_is_brute_force_on_the_corridor(objective: str) -> None:
+    world = planned(CORRIDOR, "corridor")
+    ours = reference.World(
+        ["A...B"],
+        {"left": (0, 0), "right": (4, 0)},
+        [reference.Character("one", goals=("left", "right"))],
+        [],
+        gamma=0.9,
+        beta=1,
+    )
+    pair = Pair(world, ours)
+    text = f"world corridor\nlength 4\nmaximize {objective}"
+    every = np.arange(5)
+    found = search(pair, text, every, width=5**4)
+    for start, actions, best in zip(found.starts, found.actions, found.scores, strict=True):
+        turns = np.stack(np.meshgrid(*[np.arange(5)] * 4, indexing="ij"), -1).reshape(-1, 4)
+        brute = max(score(pair, text, int(start), t) for t in turns)
+        assert best == pytest.approx(brute, abs=1e-4)
+        assert score(pair, text, int(start), actions) == pytest.approx(brute, abs=1e-4)
+
+
+def test_full_width_is_brute_force_with_events_and_chance() -> None:
+    pair = small_kitchen(("P.", ".G"))
+    text = "world w\nlength 2\nallow deus(table)\nmaximize sum_t P(rho > 0 | script[:t])"
+    absent = np.flatnonzero(pair.world.dynamics.cells[:, 2] == pair.world.dynamics.absent)
+    starts = absent[:6].tolist()
+    found = search(pair, text, starts, width=3000)
+    goal = reference.objective("help", 2)
+    for start, best in zip(found.starts, found.scores, strict=True):
+        document = pair.document(trajectory(pair.world, int(start), np.array([0])))
+        state = tuple(
+            None if v is None else tuple(v) for v in document["start"].values()
+        )
+        brute, _ = reference.exhaustive(pair.reference, state, 2, goal, ("table",))
+        assert best == pytest.approx(brute, abs=1e-4)
+
+
+def test_greedy_search_agrees_with_the_reference(pair: Pair) -> None:
+    text = "world w\nlength 3\nmaximize sum_t P(rho > 0 | script[:t])"
+    starts = draw_starts(np.arange(pair.spec.state_count), 4, seed=5)
+    found = search(pair, text, starts)
+    goal = reference.objective("help", 3)
+    for start, best in zip(found.starts, found.scores, strict=True):
+        document = pair.document(trajectory(pair.world, int(start), np.array([0])))
+        state = tuple(None if v is None else tuple(v) for v in document["start"].values())
+        expected, _ = reference.beam(pair.reference, [state], 3, goal)
+        assert best == pytest.approx(expected, abs=1e-4)
+
+
+def test_wider_beams_are_no_worse_and_blocks_change_nothing(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "world w\nlength 4\nmaximize sum_t P(rho < 0 | script[:t])"
+    starts = draw_starts(np.arange(pair.spec.state_count), 10, seed=0)
+    narrow, wide = search(pair, text, starts), search(pair, text, starts, width=40)
+    assert wide.scores.max() >= narrow.scores.max() - 1e-5
+    monkeypatch.setattr(beam, "block_size", lambda *_: 3)
+    blocks = search(pair, text, starts)
+    np.testing.assert_allclose(blocks.scores, narrow.scores, atol=1e-4)
+    assert blocks.starts.tolist() == narrow.starts.tolist()
+
+
+def test_scores_in_single_precision_are_those_in_double(pair: Pair) -> None:
+    texts = [
+        "maximize arc(robot)",
+        "maximize sum_t surprise(script[t])",
+        "maximize -(mean_t entropy(rho | script[:t]))",
+        "maximize sum_t suspense(rho | script[:t])",
+        "maximize sum_t [pushes(robot, cheese) @ script[t]]",
+        "let more = script ++ [cheese: stay, robot: east] ++ [cheese: north!, robot: stay]\n"
+        "maximize depict(rho > 0, over = more)",
+        "maximize sum_{t in 2..3} P(rho > 0 | script[:t+1]) * P(rho > 0 | script[:1])",
+        "minimize max_t P(G_cheese = pink | script[:t])\nrationality 0.5\nplausibility 3",
+    ]
+    starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
+    for text in texts:
+        story = f"world w\nlength 4\n{text}"
+        for width in (1, 5):
+            found = search(pair, story, starts, width=width)
+            for start, actions, value in zip(
+                found.starts, found.actions, found.scores, strict=True
+            ):
+                assert value == pytest.approx(
+                    score(pair, story, int(start), actions), abs=2e-3, rel=1e-4
+                ), text
+
+
+def test_same_seed_same_scripts(pair: Pair) -> None:
+    text = "world w\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])"
+    allowed = np.arange(pair.spec.state_count)
+    first = search(pair, text, draw_starts(allowed, 20, seed=3), width=4)
+    again = search(pair, text, draw_starts(allowed, 20, seed=3), width=4)
+    assert (first.actions == again.actions).all()
+    assert (first.starts == again.starts).all()
+    other = draw_starts(allowed, 20, seed=4)
+    assert set(other.tolist()) != set(first.starts.tolist())
+
+
+def test_starts_are_drawn_without_repetition() -> None:
+    drawn = draw_starts(np.arange(50), 40, seed=0)
+    assert len(set(drawn.tolist())) == 40
+    assert sorted(draw_starts(np.arange(7), 500, seed=0).tolist()) == list(range(7))
+
+
+def test_interruption_keeps_what_was_found(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "world w\nlength 3\nmaximize sum_t P(rho > 0 | script[:t])"
+    story = pair.story(text)
+    objective = story_objective(story, pair.world)
+    monkeypatch.setattr(beam, "block_size", lambda *_: 2)
+
+    def interrupt(done: int, total: int) -> None:
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    starts = draw_starts(np.arange(pair.spec.state_count), 10, seed=1)
+    found = beam_search(pair.world, objective, 3, starts, 1, (), interrupt)
+    assert not found.finished
+    assert len(found.starts) == 4
+    assert set(found.starts.tolist()) == set(starts[:4].tolist())
+
+
+def test_scripts_of_a_search_are_valid_and_use_only_allowed_events(pair: Pair) -> None:
+    text = "world w\nlength 6\nstart absent(table)\nallow deus(table)\nmaximize arc(robot)"
+    story = pair.story(text)
+    allowed = pair.world.starts(story.start)
+    assert (pair.world.dynamics.cells[allowed, 2] == pair.world.dynamics.absent).all()
+    found = search(pair, text, draw_starts(allowed, 10, seed=0))
+    for start, actions in zip(found.starts, found.actions, strict=True):
+        frames = pair.document(trajectory(pair.world, int(start), actions))["frames"]
+        assert sum(f["event"] is not None for f in frames) <= 1
+    plain = text.replace("allow deus(table)\n", "")
+    found = search(pair, plain, draw_starts(allowed, 10, seed=0))
+    assert (found.actions < pair.world.moves.turn_count).all()
+
+
+def test_one_program_serves_stories_of_one_shape(pair: Pair) -> None:
+    beam._programs.clear()
+    starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
+    for event in ("rho > 0", "rho < 0", "G_cheese = pink"):
+        search(pair, f"world w\nlength 4\nmaximize 2 * depict({event})", starts)
+    assert len(beam._programs) == 1
+    search(pair, "world w\nlength 5\nmaximize 2 * depict(rho > 0)", starts)
+    assert len(beam._programs) == 2
+
+
+def test_random_scripts_never_beat_the_search(pair: Pair) -> None:
+    text = "world w\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])"
+    found = search(pair, text, np.arange(pair.spec.state_count))
+    random = Random(0)
+    for _ in range(30):
+        path = pair.random_script(random, 5, events=0.0)
+        assert score(pair, text, path.start, path.actions) <= found.scores[0] + 1e-3
