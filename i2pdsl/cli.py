@@ -6,19 +6,21 @@ Exit status (interfaces.md): 0 done, 1 the story, world or script is wrong, 2 wr
 
 from __future__ import annotations
 
+import errno
 import json
+import math
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
+from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Answer, Script, Story
-    from i2pdsl.progress import Bars
 
 DONE, WRONG, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -30,22 +32,49 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run_command(arguments: list[str] | None = None) -> int:
     """Runs one command; returns the exit status."""
+    if "_I2P_COMPLETE" in os.environ:
+        program.main(prog_name="i2p")  # a shell asks how the line may go on; exits
+    arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        result = program.main(args=arguments, prog_name="i2p", standalone_mode=False)
+        with program.make_context("i2p", list(arguments)) as context:
+            result = program.invoke(context)
         return result if isinstance(result, int) else DONE
+    except click.exceptions.Exit as leaving:
+        return leaving.exit_code
     except StoryError as problem:
         show(problem.diagnostics)
         return WRONG
-    except click.Abort:
+    except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return INTERRUPTED
     except click.ClickException as problem:
         problem.show()
         return USAGE
     except BrokenPipeError:
-        # Whoever read our output has had enough; flushing what is left would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        forget_output()  # whoever read our output has had enough
         return DONE
+    except (OSError, MemoryError) as problem:
+        forget_output()
+        with suppress(OSError):
+            click.echo(f"error: {in_words(problem)}", err=True)
+        return WRONG
+
+
+def in_words(problem: OSError | MemoryError) -> str:
+    """What the machine refuses (a full disk, a folder that cannot be written to), on one line."""
+    if isinstance(problem, MemoryError):
+        return "there is not enough memory"
+    what = " ".join((problem.strerror or str(problem) or type(problem).__name__).split())
+    name = problem.filename2 or problem.filename
+    return f"{what}: {name}" if name else what
+
+
+def forget_output() -> None:
+    """Lets standard output end in nothing: flushing what is left in it would fail once more."""
+    with suppress(OSError, ValueError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def show(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> None:
@@ -55,8 +84,32 @@ def show(diagnostics: tuple[Diagnostic, ...] | list[Diagnostic]) -> None:
 
 
 def output_json(document: Any) -> None:
-    """The one document of `--json`."""
-    click.echo(json.dumps(document, ensure_ascii=False))
+    """The one document of `--json`. Infinities and NaN, which JSON has not, become null."""
+    try:
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False)
+    except ValueError:
+        text = json.dumps(finite(document), ensure_ascii=False)
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:  # a terminal without Unicode, or a file name that is not UTF-8
+        text = json.dumps(finite(document))
+    click.echo(text)
+
+
+def finite(value: Any) -> Any:
+    """Plain data with null for numbers that are infinite or undefined."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    return [finite(item) for item in value] if isinstance(value, list) else value
+
+
+def output(text: str) -> None:
+    """A result for people; characters that the terminal does not have are spelt out."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    click.echo(text.encode(encoding, "backslashreplace").decode(encoding))
 
 
 class Seeds(click.ParamType):
@@ -68,13 +121,14 @@ class Seeds(click.ParamType):
         seeds: list[int] = []
         for part in str(value).split(","):
             first, dash, last = part.strip().partition("-")
-            if not first.isdigit() or (dash and not last.isdigit()):
+            numbers = [first, last] if dash else [first]
+            if not all(number.isdecimal() and len(number) < 19 for number in numbers):
                 self.fail(f"{value!r} are no seeds; write 0-19 or 1,4,7", param, ctx)
-            span = range(int(first), int(last or first) + 1)
+            span = range(int(numbers[0]), int(numbers[-1]) + 1)
             if not span or len(span) > 10_000:
                 self.fail(f"{part!r} is an empty or endless range", param, ctx)
             seeds.extend(span)
-        return seeds
+        return list(dict.fromkeys(seeds))
 
 
 class Formats(click.ParamType):
@@ -146,23 +200,33 @@ def run(
     as_json: bool,
 ) -> int:
     """Make stories: find the script, write it and its pictures."""
-    from i2pdsl.progress import Bars
-
     if seed is not None and seeds is not None:
         raise click.UsageError("give --seed or --seeds, not both")
     chosen = seeds if seeds is not None else [seed or 0]
-    loaded = [load_story(path, settings) for path in stories]
-    several = len(loaded) > 1 or len(chosen) > 1 or seeds is not None
+    several = len(stories) > 1 or len(chosen) > 1 or seeds is not None
+    loaded = load_stories(stories, settings)
+    folders = [Path(out) / folder_name(story) for story in loaded]
+    for folder in folders:
+        if folders.count(folder) > 1:
+            message = f"two stories would go into {folder}; run them with different --out"
+            raise click.UsageError(message)
+        check_writable(folder)
     results: list[dict[str, Any]] = []
     status = DONE
-    for story in loaded:
+    for story, folder in zip(loaded, folders, strict=True):
         show(story.warnings)
         for number in chosen:
-            folder = Path(out) / story.typed.name
-            if len(chosen) > 1:
-                folder = folder / f"seed-{number}"
-            with Bars() as bars:
-                result, finished = make(story, number, folder, formats, candidates, naive, bars)
+            place = folder / f"seed-{number}" if len(chosen) > 1 else folder
+            try:
+                result, finished = make(story, number, place, formats, candidates, naive)
+            except StoryError as problem:
+                show(problem.diagnostics)
+                status = WRONG
+                break
+            except KeyboardInterrupt:
+                click.echo(f"interrupted: nothing was found yet for {story.typed.name}", err=True)
+                status = INTERRUPTED
+                break
             results.append(result)
             if not as_json:
                 report(result)
@@ -171,9 +235,38 @@ def run(
                 break
         if status == INTERRUPTED:
             break
-    if as_json:
+    if as_json and (several or results):
         output_json(results if several else results[0])
     return status
+
+
+def load_stories(paths: tuple[str, ...], settings: tuple[tuple[str, str], ...]) -> list[Story]:
+    """The checked stories. Raises StoryError with the mistakes of all of them."""
+    loaded: list[Story] = []
+    problems: list[Diagnostic] = []
+    for path in dict.fromkeys(paths):
+        try:
+            loaded.append(load_story(path, settings))
+        except StoryError as problem:
+            problems.extend(problem.diagnostics)
+    if problems:
+        raise StoryError(problems)
+    return loaded
+
+
+def folder_name(story: Story) -> str:
+    """The name of a story as that of a folder: never one that leads elsewhere."""
+    name = story.typed.name
+    return name if name.strip(".") else "story"
+
+
+def check_writable(folder: Path) -> None:
+    """Says that nothing can be written to a folder before the work rather than after it."""
+    place = next((p for p in (folder, *folder.parents) if p.exists()), Path())
+    if not place.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "is no folder", str(place))
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, "cannot be written to", str(place))
 
 
 def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
@@ -183,6 +276,10 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
     from i2pdsl.pipeline import story_from
 
     source, folder = read_source(path), Path(path).parent
+    if is_script(source):
+        hint = "`i2p render` draws it, `i2p query` asks about it"
+        message = "this is a finished script, not a story"
+        raise error("not-a-story", message, whole_file(path), hint)
     if settings:
         known = tuple(story_from(source, folder).typed.vocabulary.settings)
         for name, value in settings:
@@ -197,27 +294,39 @@ def make(
     formats: tuple[str, ...],
     candidates: int,
     naive: bool,
-    bars: Bars,
 ) -> tuple[dict[str, Any], bool]:
-    """Solves one story and draws it; returns the document of `--json`, and whether all was done."""
+    """Solves one story and draws it; returns the document of `--json`, and whether all was done.
+
+    Raises KeyboardInterrupt if it is interrupted before anything was found.
+    """
     import time
 
-    found = story.solve(seed, candidates, naive, bars.watch)
-    if not found.finished:
+    from i2pdsl.progress import Bars
+
+    with Bars() as bars:
+        found = story.solve(seed, candidates, naive, bars.watch)
+    finished = found.finished
+    if not finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)
     if len(found.candidates) < candidates:
         count = len(found.candidates)
         click.echo(f"{count} script{'s' * (count != 1)} found that differ visibly", err=True)
     seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
-    parts = []
+    parts: list[dict[str, Any]] = []
     for number, script in enumerate(found.candidates, 1):
         place = folder if number == 1 else folder / f"candidate-{number}"
         path = script.save(place / "script.json")
-        began = time.perf_counter()
-        title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
-        files = draw(script, place, formats, bars, title)
-        seconds["render"] += time.perf_counter() - began
-        parts.append({"score": script.score, "script": str(path), "files": files})
+        parts.append({"score": script.score, "script": str(path), "files": {}})
+    began = time.perf_counter()
+    try:
+        for number, (script, part) in enumerate(zip(found.candidates, parts, strict=True), 1):
+            place = Path(part["script"]).parent
+            title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
+            draw(script, place, formats, part["files"], title)
+    except KeyboardInterrupt:
+        click.echo("interrupted: the script is kept, not all its pictures are drawn", err=True)
+        finished = False
+    seconds["render"] = time.perf_counter() - began
     document: dict[str, Any] = {
         "story": story.typed.name,
         "seed": seed,
@@ -226,26 +335,37 @@ def make(
     }
     if candidates > 1:
         document["candidates"] = parts
-    return document, found.finished
+    return document, finished
 
 
 def draw(
-    script: Script, folder: Path, formats: tuple[str, ...], bars: Bars, title: str | None = None
-) -> dict[str, str]:
-    """Writes the pictures; returns their paths by name."""
+    script: Script,
+    folder: Path,
+    formats: tuple[str, ...],
+    files: dict[str, str],
+    title: str | None = None,
+) -> None:
+    """Writes the pictures; their paths are put into `files` as they are finished."""
+    if not formats:
+        return
+    from i2pdsl.progress import Bars
     from i2pdsl.render.pictures import Pictures
 
-    files = Pictures(script, title).save(folder, formats, bars.drawing)
-    bars.close()
-    return {name: str(path) for name, path in files.items()}
+    with Bars() as bars:
+        try:
+            for name, path in Pictures(script, title).drawn(folder, formats, bars.drawing):
+                files[name] = str(path)
+        except RuntimeError as problem:  # of ffmpeg: a full disk, most likely
+            raise OSError(str(problem)) from problem
 
 
 def report(result: dict[str, Any]) -> None:
     """A result for people: where everything is."""
     for part in result.get("candidates", [result]):
-        click.echo(f"{result['story']} (seed {result['seed']}): score {part['score']:.6g}")
+        score = "unknown" if part["score"] is None else f"{part['score']:.6g}"
+        output(f"{result['story']} (seed {result['seed']}): score {score}")
         for path in (part["script"], *part["files"].values()):
-            click.echo(f"  {path}")
+            output(f"  {path}")
 
 
 @program.command()
@@ -254,22 +374,30 @@ def report(result: dict[str, Any]) -> None:
     "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
 )
 @click.option(
-    "--out", type=click.Path(file_okay=False), default=None, help="Default: the script's."
+    "--out", type=click.Path(file_okay=False), help="Folder; default: the script's, or out/STORY."
 )
+@click.option("--seed", type=click.IntRange(0), default=0, help="Where a story is given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
-def render(script: str, formats: tuple[str, ...], out: str | None, as_json: bool) -> None:
-    """Draw the pictures of a finished script."""
-    from i2pdsl.pipeline import Script
-    from i2pdsl.progress import Bars
-
-    with Bars() as bars:
-        finished = Script.load(script, bars.watch)
-        files = draw(finished, Path(out) if out else Path(script).parent, formats, bars)
+def render(script: str, formats: tuple[str, ...], out: str | None, seed: int, as_json: bool) -> int:
+    """Draw the pictures of a finished script, or of a story that is solved first."""
+    if out is not None:
+        check_writable(Path(out))
+    solved, status = script_or_story(script, seed)
+    is_file = solved.record.where == script
+    beside = Path(script).parent if is_file else Path("out", str(solved.record.story["name"]))
+    folder = Path(out) if out is not None else beside
+    files: dict[str, str] = {}
+    try:
+        draw(solved, folder, formats, files)
+    except KeyboardInterrupt:
+        click.echo("interrupted: not all pictures are drawn", err=True)
+        status = INTERRUPTED
     if as_json:
         output_json({"script": script, "files": files})
     else:
         for path in files.values():
-            click.echo(path)
+            output(path)
+    return status
 
 
 # Checking and formatting.
@@ -286,8 +414,13 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     from i2pdsl.worlds.grid.parse import parse_world
 
     diagnostics: list[Diagnostic] = []
-    files = [str(f) for path in paths for f in story_files(path)]
-    for name in files:
+    files: list[str] = []
+    for path in paths:
+        try:
+            files += [str(f) for f in story_files(path)]
+        except StoryError as problem:
+            diagnostics.extend(problem.diagnostics)
+    for name in dict.fromkeys(files):
         try:
             source = read_source(name)
             if name.endswith(".world"):
@@ -301,7 +434,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     wrong = any(d.severity == "error" for d in diagnostics)
     if as_json:
         shown = [d.as_json() for d in diagnostics]
-        output_json({"ok": not wrong, "files": files, "diagnostics": shown})
+        output_json({"ok": not wrong, "files": list(dict.fromkeys(files)), "diagnostics": shown})
     else:
         show(diagnostics)
         if not wrong:
@@ -310,14 +443,17 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
 
 
 def story_files(path: str) -> list[Path]:
-    """The file itself, or all stories and worlds of a folder."""
+    """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
     place = Path(path)
     if not place.is_dir():
         return [place]
-    found = sorted(p for kind in ("*.story", "*.world") for p in place.rglob(kind))
+    found = []
+    for folder, inner, names in os.walk(place):
+        inner[:] = [name for name in inner if not name.startswith(".")]
+        found += [Path(folder, name) for name in names if name.endswith((".story", ".world"))]
     if not found:
         raise error("no-file", "there are no stories in this folder", whole_file(path))
-    return found
+    return sorted(found)
 
 
 @program.command()
@@ -359,30 +495,44 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
 @click.option("--assume", default=None, help="Another assumption; 'nothing' drops it.")
 @click.option("--seed", type=click.IntRange(0), default=0, help="Where a story is given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
-def query(source: str, expression: str, assume: str | None, seed: int, as_json: bool) -> None:
+def query(source: str, expression: str, assume: str | None, seed: int, as_json: bool) -> int:
     """Evaluate one expression over a finished script, or over a story that is solved first."""
-    from i2pdsl.progress import Bars
-
-    with Bars() as bars:
-        script = script_or_story(source, seed, bars)
-        checked = script.check(expression, assume)
-        show(checked.warnings)
-        answer = script.answer(checked)
+    script, status = script_or_story(source, seed)
+    checked = script.check(expression, assume)
+    show(checked.warnings)
+    answer = script.answer(checked)
     if as_json:
         output_json({"expr": expression, "t": answer.t, "value": answer.as_json()})
     else:
-        click.echo(show_answer(answer))
+        output(show_answer(answer))
+    return status
 
 
-def script_or_story(path: str, seed: int, bars: Bars) -> Script:
-    """A script file, or the script of a story that is solved now."""
+def script_or_story(path: str, seed: int) -> tuple[Script, int]:
+    """A script file, or the script of a story that is solved now; and the exit status.
+
+    Raises KeyboardInterrupt if it is interrupted before a script was found.
+    """
+    from i2pdsl.language.statements import read_source
     from i2pdsl.pipeline import Script
+    from i2pdsl.progress import Bars
 
-    if path.endswith(".story"):
+    with Bars() as bars:
+        if not path.endswith(".story") and is_script(read_source(path)):
+            script = Script.load(path, bars.watch)
+            show(script.warnings)
+            return script, DONE
         story = load_story(path)
         show(story.warnings)
-        return story.solve(seed, watch=bars.watch).script
-    return Script.load(path, bars.watch)
+        found = story.solve(seed, watch=bars.watch)
+    if not found.finished:
+        click.echo("interrupted: the best of what was searched so far is used", err=True)
+    return found.script, DONE if found.finished else INTERRUPTED
+
+
+def is_script(source: Source) -> bool:
+    """Whether a text is meant as a script: JSON, or in a file of that name."""
+    return source.name.endswith(".json") or source.text.lstrip().startswith("{")
 
 
 def show_answer(answer: Answer) -> str:
@@ -445,7 +595,7 @@ def worlds(name: str | None, as_json: bool) -> None:
         if as_json:
             output_json(world_as_json(spec))
         else:
-            click.echo(describe_world(spec))
+            output(describe_world(spec))
         return
     specs = [spec_of(world) for world in builtin_worlds()]
     if as_json:
@@ -453,7 +603,7 @@ def worlds(name: str | None, as_json: bool) -> None:
         return
     width = max(len(spec.name) for spec in specs)
     for spec in specs:
-        click.echo(f"{spec.name:<{width}}  {spec.documentation.partition(chr(10))[0]}")
+        output(f"{spec.name:<{width}}  {spec.documentation.partition(chr(10))[0]}")
 
 
 @program.command()
@@ -469,10 +619,10 @@ def patterns(library: str | None, as_json: bool) -> None:
         return
     for number, pattern in enumerate(found):
         if number:
-            click.echo()
-        click.echo(pattern["signature"])
+            output("")
+        output(pattern["signature"])
         for line in str(pattern["documentation"]).splitlines():
-            click.echo(f"    {line}")
+            output(f"    {line}")
 
 
 @program.command()
@@ -502,7 +652,7 @@ def plan(world: str, as_json: bool) -> None:
         output_json(document)
         return
     where = "read from the cache" if document["cached"] else "solved and stored"
-    click.echo(
+    output(
         f"{spec.name}: {spec.state_count:,} states, {problems} problems, residual "
         f"{built.residual:.2g}, {where} in {document['seconds']:.1f} s"
     )

@@ -89,18 +89,17 @@ def library_patterns(library: str | None) -> list[dict[str, Any]]:
     """The patterns of a library (a file or a folder), or the standard ones."""
     place = Path(library) if library is not None else data_folder("stories") / "patterns"
     files = sorted(place.glob("*.story")) if place.is_dir() else [place]
-    found = []
-    for file in files:
-        for pattern in parse_file(file).of(ast.Pattern):
-            found.append(
-                {
-                    "name": pattern.name.id,
-                    "signature": pattern.signature,
-                    "documentation": pattern.documentation,
-                    "body": pattern.body.span.text,
-                    "file": str(file),
-                }
-            )
+    found = [
+        {
+            "name": pattern.name.id,
+            "signature": pattern.signature,
+            "documentation": pattern.documentation,
+            "body": pattern.body.span.text,
+            "file": str(file),
+        }
+        for file in files
+        for pattern in parse_file(file).of(ast.Pattern)
+    ]
     if not found:
         raise story_error("no-pattern", "there are no patterns here", whole_file(str(place)))
     return sorted(found, key=lambda p: str(p["name"]))

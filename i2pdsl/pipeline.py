@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -12,7 +13,15 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.audience.replay import evaluate, replay
-from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.errors import (
+    Diagnostic,
+    Source,
+    StoryError,
+    did_you_mean,
+    error,
+    shorten,
+    whole_file,
+)
 from i2pdsl.language.check import (
     Library,
     TypedQuery,
@@ -22,6 +31,7 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
+from i2pdsl.language.settings import in_range
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.terms import score_script, story_objective
@@ -31,6 +41,7 @@ from i2pdsl.search.script import Record, Trajectory, make_record, read_path, rea
 from i2pdsl.worlds.find import find_spec, find_vocabulary
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld, Viewer, build_world
 
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
@@ -203,7 +214,8 @@ class Story:
 
     def _script(self, world: GridWorld, path: Trajectory, seed: int) -> Script:
         frames = replay(world, path.states, path.actions)
-        score = score_script(self.typed, world, frames)
+        with np.errstate(all="ignore"):
+            score = score_script(self.typed, world, frames)
         source = self.typed.source
         about = {"name": self.typed.name, "file": source.name, "source": source.text, "seed": seed}
         record = make_record(world, path, about, dict(self.typed.settings), score)
@@ -254,6 +266,7 @@ class Script:
         module: the names that queries may use: lets, patterns, imports of its story.
         assumption: the mask over hypotheses that queries are conditioned on.
         frames: states and beliefs, frame by frame.
+        warnings: of its file, where that could not be taken quite as it is.
     """
 
     record: Record
@@ -262,6 +275,7 @@ class Script:
     module: Module
     assumption: tuple[bool, ...]
     frames: Frame
+    warnings: tuple[Diagnostic, ...] = ()
 
     @property
     def score(self) -> float | None:
@@ -318,7 +332,9 @@ class Script:
         """Evaluates a checked query."""
         from i2pdsl.language import typed as ty
 
-        value = np.asarray(evaluate(self.world, self.frames, query.value, query.times), dtype=float)
+        with np.errstate(all="ignore"):  # log(0) is an answer: -inf
+            found = evaluate(self.world, self.frames, query.value, query.times)
+        value = np.asarray(found, dtype=float)
         times = None if query.times is None else list(query.times)
         if not isinstance(query.value, ty.Distribution):
             return Answer(times, value, None, None)
@@ -351,18 +367,8 @@ class Answer:
 
 def script_from(record: Record, folder: Path | None, watch: Watch | None = None) -> Script:
     """A script from the content of its file, held against its world's rules."""
-    name, text = record.world["name"], record.world["source"]
-    where = whole_file(record.where)
-    spec = parse_world(Source(f"{name}.world", text), name) if text else find_spec(name, folder)
-    if spec is None:
-        raise error("no-world", f"there is no world `{name}`", where)
-    known = {f: type(v) for f, v in spec.settings.__dict__.items()}
-    settings = record.world["settings"]
-    for key, value in settings.items():
-        if key not in known or not isinstance(value, known[key] | int):
-            raise error("script", f"`{key} = {value}` is no setting of the world", where)
-    spec = spec.with_settings(settings)
-    story = _stored_story(record, folder)
+    spec = _stored_world(record, folder)
+    story, warnings = _stored_story(record, spec, folder)
     viewers = (
         tuple(Viewer(spec.with_settings(dict(o.settings)), o.prior) for o in story.observers)
         if story
@@ -370,24 +376,69 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     )
     world = ready_world(spec, viewers, watch)
     path = read_path(world, record)
-    if not len(path.actions):
-        raise error("script", "the script has no frames", where)
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)
-    return Script(record, world, path, module, assumption, replay(world, path.states, path.actions))
+    frames = replay(world, path.states, path.actions)
+    return Script(record, world, path, module, assumption, frames, warnings)
 
 
-def _stored_story(record: Record, folder: Path | None) -> TypedStory | None:
-    """The story that a script was made from, if its text is there and still understood."""
+def _stored_world(record: Record, folder: Path | None) -> GridSpec:
+    """The world of a script, with its settings. Raises StoryError."""
+    name, text = record.world["name"], record.world["source"]
+    where = whole_file(record.where)
+    try:
+        spec = parse_world(Source(f"{name}.world", text), name) if text else find_spec(name, folder)
+    except (OSError, ValueError):  # a name that no file can have
+        spec = None
+    if spec is None:
+        raise error("no-world", f"there is no world `{shorten(name)}`", where)
+    known = grid_vocabulary(spec).settings
+    settings: dict[str, float | str] = {}
+    for key, value in record.world["settings"].items():
+        if key not in known:
+            message = f"world {spec.name} has no setting `{shorten(key)}`"
+            raise error("script", message, where, did_you_mean(key, known))
+        setting = known[key]
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        good = value in setting.choices if setting.choices else number and in_range(setting, value)
+        if not good:
+            valid = ", ".join(setting.choices) or setting.valid_range or "a number"
+            message = f"the setting `{key}` cannot be {shorten(json.dumps(value))}"
+            raise error("script", message, where, f"it can be: {valid}")
+        settings[key] = value if setting.choices else float(value)
+    return spec.with_settings(settings)
+
+
+def _stored_story(
+    record: Record, spec: GridSpec, folder: Path | None
+) -> tuple[TypedStory | None, tuple[Diagnostic, ...]]:
+    """The story that a script was made from, if its text is there and understood.
+
+    It is read against the script's own world, whatever has become of the .world file since. What
+    is said of the story is never an error: it informs. But whoever asks about the script misses
+    its names, its assumption and its audience, so a text that is not understood is warned about.
+    """
     text, file = record.story.get("source"), record.story.get("file")
     if not isinstance(text, str) or not text.strip():
-        return None
-    place = Path(str(file)).parent if file and Path(str(file)).is_file() else folder
+        return None, ()
+    name = file if isinstance(file, str) and file else "story"
     try:
-        checked = check_source(Source(str(file or "story"), text), find_vocabulary, place)
-    except StoryError:
-        return None
-    return checked if isinstance(checked, TypedStory) else None
+        place = Path(name).parent if Path(name).is_file() else folder
+    except OSError:  # a name that no file can have
+        place = folder
+    vocabulary = grid_vocabulary(spec)
+    try:
+        checked = check_source(Source(name, text), lambda *_: vocabulary, place)
+    except StoryError as problem:
+        reason = problem.diagnostics[0].message
+    else:
+        if isinstance(checked, TypedStory):
+            return checked, ()
+        reason = "it is a library"
+    message = f"the story stored in the script is not understood: {reason}"
+    hint = "its names, its assumption and its audience are not used"
+    where = whole_file(record.where)
+    return None, (Diagnostic("stored-story", message, where, hint, severity="warning"),)
 
 
 def with_story(script: Script, story: Story) -> Script:

@@ -7,12 +7,9 @@ import sys
 from types import TracebackType
 from typing import Any
 
+import click
+
 from i2pdsl.pipeline import Watch
-
-
-def say(message: str) -> None:
-    """A message for the person at the terminal; standard output carries results only."""
-    print(message, file=sys.stderr, flush=True)
 
 
 class Bars:
@@ -21,7 +18,8 @@ class Bars:
     def __init__(self) -> None:
         self.bar: Any = None
         self.name = ""
-        self.watch = Watch(self._planning, self._searching, say)
+        self.shown = sys.stderr is not None and sys.stderr.isatty()
+        self.watch = Watch(self._planning, self._searching, self.say)
 
     def __enter__(self) -> Bars:
         return self
@@ -33,6 +31,11 @@ class Bars:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def say(self, message: str) -> None:
+        """A message for the person at the terminal; standard output carries results only."""
+        self.close()
+        click.echo(message, err=True)
 
     def close(self) -> None:
         if self.bar is not None:
@@ -46,11 +49,12 @@ class Bars:
             self.close()
             self.name = name
             layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
-            shown = not sys.stderr.isatty()
-            self.bar = tqdm(total=total, desc=name, bar_format=layout, disable=shown, leave=False)
+            self.bar = tqdm(total=total, desc=name, bar_format=layout, leave=False)
         return self.bar
 
     def _planning(self, who: str, sweep: int, residual: float, expected: float | None) -> None:
+        if not self.shown:
+            return
         # Values settle geometrically, so progress is measured in the logarithm of the residual.
         bar = self._show(f"planning {who}", 1000)
         if expected is not None and expected > 0:
@@ -59,12 +63,14 @@ class Bars:
         bar.set_postfix_str(f"sweep {sweep}{residual_shown}", refresh=True)
 
     def _searching(self, done: int, total: int) -> None:
-        bar = self._show("searching", total)
-        bar.n = done
-        bar.refresh()
+        self._count("searching", done, total)
 
     def drawing(self, name: str, done: int, total: int) -> None:
         """One more frame of a film is drawn."""
-        bar = self._show(f"drawing {name}", total)
-        bar.n = done
-        bar.refresh()
+        self._count(f"drawing {name}", done, total)
+
+    def _count(self, name: str, done: int, total: int) -> None:
+        if self.shown:
+            bar = self._show(name, total)
+            bar.n = done
+            bar.refresh()

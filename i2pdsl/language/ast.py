@@ -186,7 +186,7 @@ class Argument(Node):
 
     name: Name | None
     value: Expr
-    comparison: Expr | None = None
+    comparison: Expr | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

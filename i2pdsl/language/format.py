@@ -14,8 +14,8 @@ from lark import Token, Tree
 
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.builtins import STATEMENT_WORDS
-from i2pdsl.language.parse import statement_tree
-from i2pdsl.language.statements import Cut, Piece, check_text, room_for_nesting, split_statements
+from i2pdsl.language.parse import parse, statement_tree
+from i2pdsl.language.statements import Cut, Piece, room_for_nesting, split_statements
 
 INDENT = 4
 _TAB = 4
@@ -31,8 +31,8 @@ _KEPT_IN_INDEX = frozenset(("PLUS", "MINUS"))  # script[:t-1]
 
 
 def format_source(source: Source) -> str:
-    """The text of a story in the usual layout. Raises StoryError if it has syntax errors."""
-    check_text(source)
+    """The text of a story in the usual layout. Raises StoryError if it cannot be parsed."""
+    parse(source)
     with room_for_nesting():
         return format_statements(source, split_statements(source, STATEMENT_WORDS), statement_tree)
 

@@ -98,7 +98,7 @@ class Frames(Predicates):
     def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
         item = self.item(node, env)
         if item.kind != "script":
-            hint = "write `(script ++ [...])[:t]`" if item.kind == "prefix" else None
+            hint = "a script is `script` or `script ++ [...]`, without an index"
             raise self.blame(
                 "type", f"expected a script, found {KINDS[item.kind]}", node, env, hint
             )

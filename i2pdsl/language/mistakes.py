@@ -176,8 +176,6 @@ def _hint(
         return "probabilities have round brackets: `P(event | script[:t])`"
     if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
-    if token.type == "NE" and "BANG" in expected:
-        return "`!` marks a move that fails: `cheese: west!`"
     if token.type == "COMMA" and opener == "KL":
         if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
             return "write `KL(latent; script[:a] || script[:b])`"
@@ -194,6 +192,12 @@ def _hint(
         return "the first t frames are `script[:t]`, from the beginning on"
     if token.type == "LSQB" and last == "]" and "++" in text:
         return "put the longer script in parentheses: `(script ++ [...])[:t]`"
+    if token.type == "RSQB" and "AT" in expected:
+        return "a predicate is asked of a frame: `[... @ script[t]]`"
+    if token.type == "COLON" and "AT" in expected:
+        return "a turn is appended with `++`: `script ++ [WHO: ACTION, ...]`"
+    if last == "++":
+        return "write `script ++ [WHO: ACTION, ...]`"
     if "NAME_T" in expected:
         return "sums run over t: `sum_{t in 1..5}`"
     if token.type == "RBRACE" and "RANGE" in expected:

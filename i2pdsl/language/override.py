@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, whole_file
 from i2pdsl.language import ast
-from i2pdsl.language.parse import parse_tolerantly
-from i2pdsl.language.statements import check_text
+from i2pdsl.language.parse import parse_expression, parse_tolerantly
 
 _STATEMENTS = ("length", "rationality", "plausibility")
 _SEARCH = ("starts", "width")
@@ -16,9 +15,10 @@ def override(source: Source, name: str, value: str, world_settings: tuple[str, .
     """The story with `name` set to `value` (an expression, as it would be written).
 
     A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the beam
-    (`starts`, `width`) or of the world (`beta`, ...). Raises StoryError for any other.
+    (`starts`, `width`) or of the world (`beta`, ...). Raises StoryError for any other, and for a
+    value that is not one expression.
     """
-    check_text(Source(f"--set {name}", value))
+    parse_expression(Source(f"--set {name}", value))
     program, _ = parse_tolerantly(source)
     for let in program.of(ast.Let):
         if let.name.id == name:

@@ -20,6 +20,7 @@ from i2pdsl.language.statements import (
     check_brackets,
     check_text,
     read_source,
+    room_for_nesting,
     split_statements,
     too_deep,
 )
@@ -63,7 +64,8 @@ def parse_tolerantly(source: Source) -> tuple[ast.Program, list[Diagnostic]]:
     for piece in pieces:
         try:
             builder = Builder(source, piece.documentation)
-            statements.append(builder.statement(statement_tree(piece)))
+            with room_for_nesting():
+                statements.append(builder.statement(statement_tree(piece)))
         except StoryError as problem:
             problems.extend(problem.diagnostics)
             unread.append(piece.span)
@@ -82,7 +84,8 @@ def parse_expression(source: Source) -> ast.Expr:
     problems = check_brackets(source)
     if problems:
         raise StoryError(problems)
-    return Builder(source).expression(parse_tree(source, span, "expression"))
+    with room_for_nesting():
+        return Builder(source).expression(parse_tree(source, span, "expression"))
 
 
 def statement_tree(piece: Piece) -> Tree[Token]:

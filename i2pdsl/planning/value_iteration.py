@@ -281,7 +281,7 @@ def _expected(sweeps: int, residual: float, history: list[float], tolerance: flo
     """Sweeps in all, if the residual goes on falling as it did."""
     old = history[len(history) // 2]
     chunks = len(history) - len(history) // 2
-    if not np.isfinite(old) or residual >= old:
+    if not np.isfinite(old) or residual >= old or residual <= 0:
         return 2.0 * sweeps
     rate = np.log(old / residual) / (chunks * CHUNK)
     return sweeps + max(0.0, np.log(residual / tolerance) / rate)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -112,7 +112,7 @@ class Pictures:
         curves = [s.values for p in self.panels if p.kind == "probability" for s in p.series]
         return np.stack(curves, axis=1)
 
-    def meters(self) -> list[tuple[str, str, np.ndarray]]:
+    def meters(self) -> list[tuple[str, str, Any]]:
         """The curves below the film: the alignment's if there is one, else the first goal's."""
         chosen = [p for p in self.panels if "alignment" in p.title] or list(self.panels[:1])
         return [(s.label, s.color, s.values) for s in chosen[0].series]
@@ -123,17 +123,18 @@ class Pictures:
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
     ) -> dict[str, Path]:
         """Writes the pictures of the formats asked for; returns name -> path."""
-        folder.mkdir(parents=True, exist_ok=True)
-        files: dict[str, Path] = {}
+        return dict(self.drawn(folder, formats, progress))
+
+    def drawn(
+        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
+    ) -> Iterator[tuple[str, Path]]:
+        """As `save`, one file after the other, those that take longest last."""
         if "png" in formats or "svg" in formats:
-            files.update(self._still(folder, formats))
-        for kind in ("gif", "mp4"):
-            if kind in formats:
-                files[kind] = self._film(folder / f"film.{kind}", progress)
+            yield from self._still(folder, formats)
         if "html" in formats:
             from i2pdsl.render.page import save_page
 
-            files["html"] = save_page(
+            page = save_page(
                 folder / "page.html",
                 self.stage,
                 self.document,
@@ -143,27 +144,29 @@ class Pictures:
                 str(self.script.record.story.get("source") or ""),
                 marks=self.marks,
             )
-        return files
+            yield "html", page
+        for kind in ("gif", "mp4"):
+            if kind in formats:
+                yield kind, self._film(folder / f"film.{kind}", progress)
 
-    def _still(self, folder: Path, formats: tuple[str, ...]) -> dict[str, Path]:
+    def _still(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
         from i2pdsl.render.comic import comic_svg, key_frames
         from i2pdsl.render.mind import save_mind
         from i2pdsl.render.raster import save_png, save_svg
 
         frames = key_frames(self.document, self.beliefs(), KEY_FRAMES)
         comic = comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
-        files = {}
+        title = f"What viewers believe: {self.title}"
         for kind in ("png", "svg"):
             if kind in formats:
-                files[f"comic.{kind}"] = folder / f"comic.{kind}"
+                path = folder / f"comic.{kind}"
                 if kind == "png":
-                    save_png(files["comic.png"], comic, zoom=1.5)
+                    save_png(path, comic, zoom=1.5)
                 else:
-                    save_svg(files["comic.svg"], comic)
+                    save_svg(path, comic)
+                yield path.name, path
                 path = folder / f"mind.{kind}"
-                title = f"What viewers believe: {self.title}"
-                files[f"mind.{kind}"] = save_mind(path, self.panels, title, marks=self.marks)
-        return files
+                yield path.name, save_mind(path, self.panels, title, marks=self.marks)
 
     def _film(self, path: Path, progress: Progress | None) -> Path:
         from i2pdsl.render.film import save_gif, save_mp4

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from i2pdsl.errors import Source, Span, did_you_mean, error, whole_file
+from i2pdsl.errors import Source, Span, did_you_mean, error, shorten, whole_file
 from i2pdsl.language.statements import read_source
 from i2pdsl.resources import write_text
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, GridSpec
@@ -38,13 +40,13 @@ class Record:
     where: str = field(default="script", compare=False)
 
     def as_json(self) -> dict[str, Any]:
-        """The JSON document."""
+        """The JSON document. JSON has no infinity: such a score is null."""
         return {
             "format": FORMAT,
             "version": VERSION,
             "story": self.story,
             "world": self.world,
-            "score": self.score,
+            "score": self.score if self.score is None or math.isfinite(self.score) else None,
             "start": self.start,
             "frames": list(self.frames),
         }
@@ -52,7 +54,12 @@ class Record:
     def save(self, path: Path | str) -> Path:
         """Writes the script as JSON, atomically."""
         path = Path(path)
-        write_text(path, json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n")
+        text = json.dumps(self.as_json(), indent=1, ensure_ascii=False)
+        try:
+            text.encode()
+        except UnicodeEncodeError:  # of a file name that is not UTF-8
+            text = json.dumps(self.as_json(), indent=1)
+        write_text(path, text + "\n")
         return path
 
 
@@ -80,6 +87,9 @@ def parse_record(source: Source) -> Record:
         raise error("script", f"this is no JSON: {problem.msg}", span) from None
     except RecursionError:
         raise error("script", "this JSON is nested too deeply", Span(source, 0, 0)) from None
+    except ValueError:  # Python reads no integers of more than 4300 digits
+        message = "this JSON has a number that is too long"
+        raise error("script", message, Span(source, 0, 0)) from None
     whole = whole_file(source.name)
 
     def wrong(message: str, hint: str | None = None) -> NoReturn:
@@ -87,27 +97,36 @@ def parse_record(source: Source) -> Record:
 
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         wrong("this is no i2p script", f'a script begins with {{"format": "{FORMAT}", ...}}')
-    if document.get("version") != VERSION:
-        wrong(f"scripts of version {document.get('version')} cannot be read; {VERSION} can")
+    version = document.get("version")
+    if version != VERSION or isinstance(version, bool):
+        shown = shorten(json.dumps(version))
+        wrong(f"scripts of version {shown} cannot be read; version {VERSION} can")
     world = document.get("world")
     if not isinstance(world, dict) or not isinstance(world.get("name"), str):
         wrong("the script names no world", '"world": {"name": "kitchen"}')
+    text, settings = world.get("source"), world.get("settings")
+    if text is not None and not isinstance(text, str):
+        wrong('"source" of the world must be the text of a .world file', "leave it out, or null")
+    if settings is not None and not isinstance(settings, dict):
+        wrong('"settings" of the world must be an object', '"settings": {"beta": 1.0}')
     start, frames = document.get("start"), document.get("frames")
     if not isinstance(start, dict):
-        wrong('the script has no "start"')
-    if not isinstance(frames, list) or not all(isinstance(f, dict) for f in frames):
+        wrong('the script has no "start"', '"start": {"cheese": [3, 1], ...}')
+    if not isinstance(frames, list):
         wrong('"frames" must be a list of objects')
+    for number, frame in enumerate(frames, 1):
+        if not isinstance(frame, dict):
+            wrong(f"frame {number}: a frame is an object, not {shorten(json.dumps(frame))}")
+    if not frames:
+        wrong("the script has no frames")
     story = document.get("story")
     score = document.get("score")
-    settings = world.get("settings")
+    if not isinstance(score, int | float) or not abs(score) <= sys.float_info.max:
+        score = None
     return Record(
         story if isinstance(story, dict) else {},
-        {
-            "name": world["name"],
-            "source": world.get("source") if isinstance(world.get("source"), str) else None,
-            "settings": settings if isinstance(settings, dict) else {},
-        },
-        float(score) if isinstance(score, int | float) else None,
+        {"name": world["name"], "source": text or None, "settings": settings or {}},
+        None if score is None else float(score),
         start,
         tuple(frames),
         source.name,
@@ -185,7 +204,7 @@ class _Reader:
         for name in cells:
             if name not in self.spec.entities:
                 hint = did_you_mean(name, self.spec.entities)
-                self.wrong(where, f"there is no `{name}` in {self.spec.name}", hint)
+                self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
         state = int(self.dynamics.lookup[code])
         if state < 0:
             self.wrong(where, "two of them stand on one cell")
@@ -232,25 +251,40 @@ class _Reader:
 
     def event(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
         event = frame["event"]
-        extra = [c.name for c in self.spec.characters if c.name in frame]
-        if extra:
-            self.wrong(where, f"an event fills a whole frame, but `{extra[0]}` acts in it")
+        for name in frame:
+            if any(name == c.name for c in self.spec.characters):
+                self.wrong(where, f"an event fills a whole frame, but `{name}` acts in it")
+            if name not in ("event", "state"):
+                self.wrong(where, f"there is no character `{name}`")
         known = dict(self.spec.events)
         names = [k for k in event if k != "to"] if isinstance(event, dict) else []
         if len(names) != 1 or names[0] not in known or event[names[0]] not in known[names[0]]:
-            self.wrong(where, f"there is no event {json.dumps(event)}", "events: " + str(known))
+            shown = [
+                f'{{"{e}": "{t}", "to": [column, row]}}' for e, ts in known.items() for t in ts
+            ]
+            hint = "events: " + ", ".join(shown) if shown else "this world has no events"
+            self.wrong(where, f"there is no event {shorten(json.dumps(event))}", hint)
         thing = event[names[0]]
+        if event.get("to") is None:
+            self.wrong(where, f"where does `{thing}` fall?", '"to": [column, row]')
         entity = self.spec.entities.index(thing)
         cell = self.cell(thing, event.get("to"), where)
         tables, moves = self.world.tables, self.world.moves
         number = moves.events.index(entity) * moves.cell_count + cell
         after, possible = self.world.drops(tables, np.asarray(state))
-        if cell == self.dynamics.absent or not possible[number]:
-            self.wrong(where, f"`{thing}` cannot fall there: it is present, or the cell is taken")
+        if not possible[number]:
+            place = int(self.dynamics.cells[state, entity])
+            why = "the cell is taken" if place == self.dynamics.absent else "it is there already"
+            self.wrong(where, f"`{thing}` cannot fall there: {why}")
         return moves.turn_count + number, int(after[number])
 
     def turn(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
         code, current = 0, state
+        known = [c.name for c in self.spec.characters]
+        for name in frame:
+            if name not in ("event", "state", *known):
+                hint = did_you_mean(name, known)
+                self.wrong(where, f"there is no character `{shorten(name)}`", hint)
         for who, character in enumerate(self.spec.characters):
             act, moved = self.act(frame.get(character.name), character.name, where)
             after = int(self.dynamics.successor[who, act, current])
@@ -265,18 +299,16 @@ class _Reader:
             outcome = self.world.moves.outcomes(who).index((act, success))
             code = code * self.world.moves.counts[who] + outcome
             current = after if success else current
-        for name in frame:
-            if name not in ("event", "state", *(c.name for c in self.spec.characters)):
-                self.wrong(where, f"there is no character `{name}`")
         return code, current
 
     def act(self, entry: Any, name: str, where: str) -> tuple[int, bool]:
         if not isinstance(entry, dict) or "action" not in entry:
-            hint = f'"{name}": {{"action": "stay", "moved": false}}'
-            self.wrong(where, f"what does `{name}` do?", hint)
+            example = f'"{name}": {{"action": "stay", "moved": false}}'
+            self.wrong(where, f"what does `{name}` do?", example)
         if entry["action"] not in ACTIONS:
-            hint = did_you_mean(str(entry["action"]), ACTIONS)
-            self.wrong(where, f"there is no action `{entry['action']}`", hint)
+            word = str(entry["action"])
+            hint = did_you_mean(word, ACTIONS)
+            self.wrong(where, f"there is no action `{shorten(word)}`", hint)
         if not isinstance(entry.get("moved"), bool):
             self.wrong(where, f"did `{name}` move?", '"moved": true or false')
         return ACTIONS.index(entry["action"]), entry["moved"]

@@ -4,3 +4,7 @@ length 9
 start at(robot, (4, 4))
 
 maximize sum_t P(G_robot = left | script[:t])
+
+# expect mean_t P(G_robot = left | script[:t]) >= 0.95
+# expect P(G_robot = left | script[:2]) >= 0.95
+# expect assume nothing: mean_t P(R_robot | script[:t]) >= 0.85

@@ -9,5 +9,8 @@ let fortune = E[V(robot) | script[:t]]
 
 maximize arc(robot)
 
-# expect (mean_t (tide * fortune) - mean_t tide * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.77
+# A greedy search follows the arc at the cost of sense; a beam keeps both.
+search beam(starts = 60, width = 20)
+
+# expect (mean_t (tide * fortune) - (mean_t tide) * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.77
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.97

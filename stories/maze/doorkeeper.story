@@ -3,3 +3,6 @@ world maze
 length 14
 
 maximize twist(rho > 0, rho < 0)
+
+# expect mean_t (if t <= T/2 then P(rho > 0 | script[:t]) else P(rho < 0 | script[:t])) >= 0.95
+# expect assume nothing: mean_t P(R_mouse and R_cat | script[:t]) >= 0.95

@@ -3,3 +3,6 @@ world maze
 length 12
 
 maximize depict(rho < 0)
+
+# expect mean_t P(rho < 0 | script[:t]) >= 0.97
+# expect assume nothing: mean_t P(R_mouse and R_cat | script[:t]) >= 0.95

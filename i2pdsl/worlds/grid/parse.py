@@ -125,7 +125,8 @@ class _Reader(BlockReader):
     def checked_rows(self) -> list[str]:
         rows = self.rows or []
         tiles = [b for b in self.blocks if b.keyword == "tile"]
-        marks = {self.mark(b) for b in tiles if "cell" not in b.entries}
+        drawn = [b for b in tiles if "symbol" in b.entries or "cell" not in b.entries]
+        marks = {self.mark(b) for b in drawn}
         symbols = {_FLOOR, WALL, *(m for m in marks if m is not None)}
         usual = Counter(len(row) for row, _ in rows).most_common(1)
         for row, span in rows:

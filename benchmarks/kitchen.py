@@ -1,0 +1,264 @@
+"""How long everything takes for the default kitchen, stage by stage, and what it is measured
+against: plain NumPy doing the same work, and a process that only imports JAX and matplotlib.
+
+    python benchmarks/kitchen.py [--quick]
+
+All times are seconds of wall clock in this run; run it on a quiet machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+STORIES = ROOT / "stories" / "kitchen"
+BASELINE = (
+    "import jax, jax.numpy as jnp, matplotlib.pyplot; jax.jit(lambda x: x + 1)(jnp.ones(3))"
+)
+
+
+def clock(work: Callable[[], Any], repeats: int = 1) -> float:
+    """The shortest of several runs."""
+    best = float("inf")
+    for _ in range(repeats):
+        began = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - began)
+    return best
+
+
+def row(name: str, seconds: float, more: str = "") -> None:
+    print(f"  {name:<44}{seconds:>9.3f} s  {more}", flush=True)
+
+
+def process(arguments: list[str], cache: Path) -> tuple[float, float, str]:
+    """Seconds and peak memory (GiB) of a process, and its standard output."""
+    measured = (
+        "import resource, runpy, sys, time; sys.argv = sys.argv[1:];"
+        "code = 0\n"
+        "try: runpy.run_module('i2pdsl', run_name='__main__')\n"
+        "except SystemExit as e: code = e.code or 0\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)\n"
+        "sys.exit(code)"
+    )
+    began = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", measured, "i2p", *arguments],
+        env={**os.environ, "I2PDSL_CACHE": str(cache)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    seconds = time.perf_counter() - began
+    return seconds, int(done.stderr.split()[-1]) / 2**20, done.stdout
+
+
+def processes(cache: Path, out: Path) -> None:
+    print("whole processes")
+    baseline = clock(lambda: subprocess.run([sys.executable, "-c", BASELINE], check=True), 3)
+    row("import jax and matplotlib, jit one function", baseline, "the baseline")
+    seconds, memory, text = process(["plan", "kitchen", "--json"], cache)
+    plan = json.loads(text)
+    row(
+        "i2p plan kitchen, from nothing",
+        seconds,
+        f"{plan['states']:,} states, {plan['problems']} problems, residual {plan['residual']:.1e}, "
+        f"peak {memory:.2f} GiB",
+    )
+    command = ["run", str(STORIES / "help.story"), "--format", "png", "--out", str(out), "--json"]
+    seconds, memory, _ = process(command, cache)
+    row("i2p run help.story --format png, first time", seconds, f"peak {memory:.2f} GiB")
+    times = [process(command, cache) for _ in range(3)]
+    best = min(seconds for seconds, _, _ in times)
+    row("i2p run help.story --format png, warm", best, f"{best / baseline:.2f} x the baseline")
+    print(f"    of which {json.loads(times[-1][2])['seconds']}")
+    check = ["check", str(STORIES / "help.story")]
+    row("i2p check help.story", min(process(check, cache)[0] for _ in range(3)))
+    query = ["query", str(out / "help" / "script.json"), "P(rho > 0 | script[:t])"]
+    row("i2p query script.json", min(process(query, cache)[0] for _ in range(3)))
+
+
+def searches(cache: Path) -> None:
+    print("searches, once planned (all starts; tables in memory)")
+    from i2pdsl.objective.terms import story_objective
+    from i2pdsl.pipeline import load
+    from i2pdsl.search.beam import beam_search, draw_starts
+
+    for path in sorted(STORIES.glob("*.story")):
+        story = load(path)
+        world, plan = story.world(), story.typed.search
+        objective = story_objective(story.typed, world)
+        starts = draw_starts(world.starts(story.typed.start), plan.starts, 0)
+        names = world.spec.entities
+        events = tuple(world.moves.events.index(names.index(t)) for _, t in story.typed.allow)
+        search = lambda: beam_search(  # noqa: B023
+            world, objective, story.typed.length, starts, plan.width, events  # noqa: B023
+        )
+        first = search()
+        best = clock(search, 3)
+        more = f"{plan.starts} starts, width {plan.width}, T = {story.typed.length}"
+        row(path.stem, best, f"{more}; compiling took {first.compile_seconds:.2f} s")
+        if path.stem == "help":
+            seconds = numpy_search(world, objective, story.typed.length, starts[:10])
+            ratio = seconds * len(starts) / 10 / best
+            row("  the same in NumPy", seconds * len(starts) / 10, f"{ratio:.0f} x (from 10 starts)")
+
+
+def numpy_search(world: Any, objective: Any, length: int, starts: Any) -> float:
+    """Greedy search in plain NumPy: a loop over starts, frames and children."""
+    import numpy as np
+    from i2pdsl.audience.filter import update
+    from i2pdsl.objective.frame import observe
+
+    tables, params = world.tables, objective.params
+
+    def greedy(state: Any) -> None:
+        carry, belief = objective.init(tables, params, state), world.log_prior(tables)
+        for t in range(1, length + 1):
+            turns = world.turns(tables, state)
+            beliefs = belief[None, None]
+            for log_row in turns.log_rows:
+                beliefs = update(beliefs, log_row, world.forgetting(tables))
+            best, chosen = -np.inf, None
+            for action in np.flatnonzero(turns.valid):
+                frame = observe(world, tables, np.asarray(t), state, np.asarray(action), belief)
+                after = objective.step(tables, params, carry, frame)
+                score = objective.score(tables, params, after, frame)
+                if score > best:
+                    best, chosen = score, (after, frame)
+            assert chosen is not None
+            carry, state, belief = chosen[0], chosen[1].state, chosen[1].belief
+
+    return clock(lambda: [greedy(np.asarray(s)) for s in starts])
+
+
+def pictures(out: Path) -> None:
+    print("pictures of help.story")
+    from i2pdsl.pipeline import Script
+    from i2pdsl.render.pictures import Pictures
+
+    script = Script.load(out / "help" / "script.json")
+    for kind in ("png", "svg", "html", "gif", "mp4"):
+        work = lambda k=kind: Pictures(script).save(out / "pictures", (k,))
+        row(kind, clock(work, 2))
+
+
+def planning_against_numpy(sweeps: int) -> None:
+    print("one sweep over the kitchen, 16 of the robot's problems")
+    import jax
+    import numpy as np
+    from i2pdsl.worlds.find import find_spec
+    from i2pdsl.worlds.grid.dynamics import build_dynamics
+
+    spec = find_spec("kitchen")
+    assert spec is not None
+    dynamics = build_dynamics(spec)
+    generator = np.random.default_rng(0)
+    states = dynamics.state_count
+    policy = generator.dirichlet(np.ones(5), states).T
+    values = np.zeros((states, 16))
+
+    def sweep_numpy(v: np.ndarray) -> np.ndarray:
+        w = v.copy()
+        for a in range(5):
+            w += 0.6 * policy[a][:, None] * (v[dynamics.successor[0, a]] - v)
+        best = -0.1 + 0.99 * w
+        for b in range(4):
+            best = np.maximum(best, -1 + 0.99 * w[dynamics.successor[1, b]])
+        return best
+
+    plain = clock(lambda: sweep_numpy(values), 3)
+    row("NumPy, doubles", plain)
+    compiled = planner_sweep(spec, dynamics, sweeps)
+    row("this planner, its mean over a whole solution", compiled, f"{plain / compiled:.1f} x")
+    del jax
+
+
+def planner_sweep(spec: Any, dynamics: Any, _: int) -> float:
+    """Seconds for a sweep over 16 columns, from solving the world once (compiling included)."""
+    from i2pdsl.worlds.grid.planning import solve
+
+    last: dict[str, int] = {}
+
+    def report(who: str, sweep: int, residual: float, expected: float | None) -> None:
+        last[who] = sweep
+
+    plan = solve(spec, dynamics, report=report)
+    return plan.seconds / sum(last.values())
+
+
+OPEN = """
+map
+{rows}
+tile red
+    cell = (0, 0)
+tile blue
+    cell = ({last}, {last})
+character guest
+    success = 0.6
+    goals = {{red, blue}}
+character host
+    goals = {{red, blue, none}}
+    pushes = {{guest}}
+    toward = guest
+    attitude = {{-1, 0, 1}}
+"""
+
+
+def growth(sizes: list[int]) -> None:
+    print("growth with the number of states: an open floor, two characters, all problems")
+    from i2pdsl.errors import Source
+    from i2pdsl.worlds.grid.dynamics import build_dynamics
+    from i2pdsl.worlds.grid.parse import parse_world
+    from i2pdsl.worlds.grid.planning import solve
+
+    for size in sizes:
+        rows = "\n".join("    " + "." * size for _ in range(size))
+        source = Source("open.world", OPEN.format(rows=rows, last=size - 1))
+        spec = parse_world(source, "open")
+        dynamics = build_dynamics(spec)
+        last: dict[str, int] = {}
+
+        def report(who: str, sweep: int, residual: float, expected: float | None) -> None:
+            last[who] = sweep  # noqa: B023
+
+        solve(spec, dynamics, report=report)  # compiles
+        plan = solve(spec, dynamics, report=report)
+        sweeps = sum(last.values())
+        each = plan.seconds / sweeps / spec.state_count * 1e9
+        row(
+            f"{size} x {size}: {spec.state_count:,} states",
+            plan.seconds,
+            f"{sweeps} sweeps, {each:.0f} ns a state and sweep, residual {plan.residual:.1e}",
+        )
+
+
+def main() -> None:
+    """Prints the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="small maps only")
+    quick = parser.parse_args().quick
+    with tempfile.TemporaryDirectory() as folder:
+        cache, out = Path(folder) / "cache", Path(folder) / "out"
+        processes(cache, out)
+        os.environ["I2PDSL_CACHE"] = str(cache)
+        searches(cache)
+        pictures(out)
+        planning_against_numpy(40)
+        growth([5, 8, 12] if quick else [5, 8, 12, 18, 24, 32])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"peak memory of this process: {peak:.2f} GiB")
+
+
+if __name__ == "__main__":
+    main()
