@@ -27,7 +27,21 @@ DONE, WRONG, USAGE, INTERRUPTED = 0, 1, 2, 130
 
 def main(arguments: list[str] | None = None) -> None:
     """The program."""
+    sys.unraisablehook = keep_interrupt
     sys.exit(run_command(arguments))
+
+
+def keep_interrupt(lost: sys.UnraisableHookArgs) -> None:
+    """Sends Ctrl-C again where Python would drop it: in JAX's callback of the garbage collector."""
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    import _thread
+    import threading
+
+    again = threading.Timer(0.02, _thread.interrupt_main)
+    again.daemon = True
+    again.start()
 
 
 def run_command(arguments: list[str] | None = None) -> int:

@@ -25,6 +25,7 @@ import re
 import shlex
 import sys
 import tempfile
+import tomllib
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -269,6 +270,29 @@ def test_blocks_are_right(document: Path, tmp_path: Path) -> None:
 def test_generated_tables_follow_the_code(document: Path) -> None:
     for name, table in GENERATED.findall(document.read_text(encoding="utf-8")):
         assert table == TABLES[name](), f"{document.name}: {name}"
+
+
+def test_examples_of_the_table_are_right() -> None:
+    kitchen = find_vocabulary("kitchen")
+    assert kitchen is not None
+    for word in (*FORMS, *FUNCTIONS.values()):
+        example = word.example
+        if word.name in ("script", "T", "++"):  # a script is no answer
+            example = f"entropy({example})"
+        if word.name in FUNCTIONS:
+            example = f"sum_t ({example})"
+        check_query(Source(word.name, example), kitchen, Module(Source("query", "")), 15)
+
+
+def test_every_dependency_is_explained() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = {
+        re.split(r"[<>=\[]", line)[0]
+        for line in (*project["dependencies"], *project["optional-dependencies"]["dev"])
+    }
+    text = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+    explained = set(re.findall(r"^\| ([\w-]+) \|", text, re.MULTILINE)) - {"package"}
+    assert explained == wanted
 
 
 def defined(path: Path) -> set[str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
@@ -14,17 +14,22 @@ VERSION = 1  # of the files' content; another version is another name
 
 def load(name: str, say: Callable[[str], None] | None = None) -> dict[str, np.ndarray] | None:
     """The arrays stored under a name, or None. A damaged entry is said and removed."""
-    path = cache_folder("plans") / f"{name}-v{VERSION}.npz"
+    try:
+        path = cache_folder("plans") / f"{name}-v{VERSION}.npz"
+    except OSError:
+        return None  # `save` says so
     try:
         # zip entries carry checksums, so damage anywhere is noticed.
         with np.load(path, allow_pickle=False) as archive:
             return {key: archive[key] for key in archive.files}
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as problem:
+    except Exception as problem:  # zipfile and NumPy raise a dozen kinds for a damaged file
         if say is not None:
-            say(f"the cached plan {path.name} is damaged ({problem}); it is made again")
-        path.unlink(missing_ok=True)
+            reason = str(problem).partition(". ")[0]
+            say(f"the cached plan {path.name} is damaged ({reason}); it is made again")
+        with suppress(OSError):
+            path.unlink()
         return None
 
 
@@ -34,7 +39,7 @@ def save(
     """Stores arrays under a name; a full or read-only disk is said, not fatal."""
     try:
         with atomic_path(cache_folder("plans") / f"{name}-v{VERSION}.npz") as temporary:
-            np.savez(temporary, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+            np.savez(temporary, allow_pickle=False, **arrays)
     except OSError as problem:
         if say is not None:
             say(f"the plan could not be cached: {problem}")

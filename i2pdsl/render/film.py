@@ -372,7 +372,11 @@ def _encode(
     command += [*options, str(path)]
     with tempfile.TemporaryFile() as words:
         with subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=words
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=words,
+            start_new_session=True,  # Ctrl-C is for us: we end it and clear up
         ) as process:
             try:
                 _feed(process.stdin, first, frames, total, progress)

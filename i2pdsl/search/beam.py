@@ -17,7 +17,7 @@ import numpy as np
 
 from i2pdsl.objective.compile import Objective, Params
 from i2pdsl.objective.frame import Frame
-from i2pdsl.resources import cache_folder
+from i2pdsl.search.programs import compiled_program
 from i2pdsl.search.rollout import Node, advance, children, root, scores
 from i2pdsl.worlds.grid.world import GridWorld
 
@@ -74,7 +74,6 @@ def beam_search(
     """
     import time
 
-    enable_compilation_cache()
     block = min(len(starts), block_size(world, objective, length, width, events))
     tables = single_precision(world)
     began = time.perf_counter()
@@ -149,24 +148,22 @@ def _compiled(
     block: int,
     tables: Any,
     params: Params,
-) -> Any:
+) -> Callable[[Any, Params, np.ndarray], tuple[Array, Array]]:
     """The compiled search for a block: one for each shape of story and world."""
-    shapes = tuple((a.shape, str(a.dtype)) for a in jax.tree.leaves((tables, params)))
-    key = (
-        objective.shape,
-        world.moves,
-        tuple(world.cell_number),
-        length,
-        width,
-        events,
-        block,
-        shapes,
-    )
+    leaves, structure = jax.tree.flatten((tables, params, np.zeros(block, np.int32)))
+    shapes = tuple((a.shape, str(a.dtype)) for a in leaves)
+    cells = tuple(world.cell_number) if objective.has_suffix else ()
+    key = (objective.shape, world.moves, cells, length, width, events, block, shapes)
     if key not in _programs:
-        search = partial(_search_block, world, objective, length, width, events)
-        example = jax.ShapeDtypeStruct((block,), jnp.int32)
-        _programs[key] = jax.jit(search).lower(tables, params, example).compile()
-    return _programs[key]
+
+        def search(*flat: Array) -> tuple[Array, Array]:
+            return _search_block(
+                world, objective, length, width, events, *jax.tree.unflatten(structure, flat)
+            )
+
+        _programs[key] = compiled_program(repr(key), search, leaves)
+    program = _programs[key]
+    return lambda *arguments: program(*jax.tree.leaves(arguments))
 
 
 def _search_block(
@@ -256,11 +253,3 @@ def _best_different(
     repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)
     kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), min(width, len(index)))[1]
     return index[kept]
-
-
-def enable_compilation_cache() -> None:
-    """Keeps compiled programs on disk between runs, unless the user has chosen a place already."""
-    if jax.config.jax_compilation_cache_dir is None:
-        jax.config.update("jax_compilation_cache_dir", str(cache_folder("compiled")))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-        jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)

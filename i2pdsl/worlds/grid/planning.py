@@ -114,10 +114,11 @@ def load_or_plan(
     name = f"{spec.planning_key}-{_digest(keys)}"
     found = store.load(name, say)
     if found is not None:
-        arrays = tuple(found[f"continuation_{i}"] for i in range(len(keys)))
-        right = [(spec.state_count, len(k)) for k in keys]
-        if [a.shape for a in arrays] == right:
-            return Plan(keys, arrays, float(found["residual"]))
+        right = {f"continuation_{i}": (spec.state_count, len(k)) for i, k in enumerate(keys)}
+        if {key: array.shape for key, array in found.items()} == {**right, "residual": ()}:
+            return Plan(keys, tuple(found[key] for key in right), float(found["residual"]))
+        if say is not None:
+            say(f"the cached plan {name} does not fit the world; it is made again")
     check_memory(spec)
     plan = solve(spec, dynamics(), report=report)
     content = {f"continuation_{i}": array for i, array in enumerate(plan.continuation)}

@@ -1,0 +1,107 @@
+"""Compiled programs on disk: a story whose shape was searched before starts without tracing.
+
+Two caches work together: the traced program (StableHLO, by jax.export; no pickle) and XLA's own
+cache of compiled code. Both may be deleted, damaged or shared at any time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import warnings
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.export
+import jaxlib
+
+from i2pdsl.resources import atomic_path, cache_folder
+
+Array = Any
+
+# A program is made of these files; another version of them makes other programs.
+_SOURCES = ("audience", "objective", "search", "worlds")
+
+
+def compiled_program(
+    description: str, function: Callable[..., Any], arguments: Sequence[Array]
+) -> Callable[..., Any]:
+    """`function` compiled for arrays like `arguments`, from the cache if it was compiled before.
+
+    Args:
+        description: names everything that the program depends on besides the arrays' shapes.
+        function: of flat arrays; traced only where the cache does not have it.
+    """
+    _enable_compilation_cache()
+    shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arguments]
+    digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
+    path = _program_path(digest)
+    exported = _load(path)
+    if exported is None:
+        exported = jax.export.export(jax.jit(function))(*shapes)
+        _store(path, exported)
+    # Warnings of XLA's cache (a damaged or unwritable entry) do not concern the storyteller.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return jax.jit(exported.call).lower(*shapes).compile()
+
+
+@cache
+def _fingerprint() -> str:
+    """The versions that matter."""
+    package = Path(__file__).parent.parent
+    content = hashlib.sha256()
+    for folder in _SOURCES:
+        for path in sorted((package / folder).rglob("*.py")):
+            content.update(path.read_bytes())
+    return f"{jax.__version__} {jaxlib.__version__} {jax.default_backend()} {content.hexdigest()}"
+
+
+def _program_path(digest: str) -> Path | None:
+    try:
+        return cache_folder("programs") / f"{digest}.jax"
+    except OSError:
+        return None
+
+
+def _load(path: Path | None) -> jax.export.Exported | None:
+    if path is None:
+        return None
+    try:
+        data = path.read_bytes()
+        check, program = data[:32], data[32:]
+        if hashlib.sha256(program).digest() != check:
+            raise ValueError("the checksum is wrong")
+        return jax.export.deserialize(bytearray(program))
+    except FileNotFoundError:
+        return None
+    except Exception as problem:  # whatever a damaged file makes the reader raise
+        logging.getLogger(__name__).info("the cached program %s is damaged: %s", path, problem)
+        return None
+
+
+def _store(path: Path | None, exported: jax.export.Exported) -> None:
+    if path is None:
+        return
+    program = bytes(exported.serialize())
+    try:
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(hashlib.sha256(program).digest() + program)
+    except OSError as problem:
+        logging.getLogger(__name__).info("the program could not be cached: %s", problem)
+
+
+def _enable_compilation_cache() -> None:
+    """Keeps XLA's compiled code between runs, unless the user has chosen a place already."""
+    if jax.config.jax_compilation_cache_dir is not None:
+        return
+    try:
+        folder = cache_folder("compiled")
+    except OSError:
+        return
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
