@@ -17,14 +17,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 STORIES = ROOT / "stories" / "kitchen"
-BASELINE = (
-    "import jax, jax.numpy as jnp, matplotlib.pyplot; jax.jit(lambda x: x + 1)(jnp.ones(3))"
-)
+BASELINE = "import jax, jax.numpy as jnp, matplotlib.pyplot; jax.jit(lambda x: x + 1)(jnp.ones(3))"
 
 
 def clock(work: Callable[[], Any], repeats: int = 1) -> float:
@@ -101,8 +100,8 @@ def searches(cache: Path) -> None:
         starts = draw_starts(world.starts(story.typed.start), plan.starts, 0)
         names = world.spec.entities
         events = tuple(world.moves.events.index(names.index(t)) for _, t in story.typed.allow)
-        search = lambda: beam_search(  # noqa: B023
-            world, objective, story.typed.length, starts, plan.width, events  # noqa: B023
+        search = partial(
+            beam_search, world, objective, story.typed.length, starts, plan.width, events
         )
         first = search()
         best = clock(search, 3)
@@ -111,12 +110,15 @@ def searches(cache: Path) -> None:
         if path.stem == "help":
             seconds = numpy_search(world, objective, story.typed.length, starts[:10])
             ratio = seconds * len(starts) / 10 / best
-            row("  the same in NumPy", seconds * len(starts) / 10, f"{ratio:.0f} x (from 10 starts)")
+            row(
+                "  the same in NumPy", seconds * len(starts) / 10, f"{ratio:.0f} x (from 10 starts)"
+            )
 
 
 def numpy_search(world: Any, objective: Any, length: int, starts: Any) -> float:
     """Greedy search in plain NumPy: a loop over starts, frames and children."""
     import numpy as np
+
     from i2pdsl.audience.filter import update
     from i2pdsl.objective.frame import observe
 
@@ -157,6 +159,7 @@ def planning_against_numpy(sweeps: int) -> None:
     print("one sweep over the kitchen, 16 of the robot's problems")
     import jax
     import numpy as np
+
     from i2pdsl.worlds.find import find_spec
     from i2pdsl.worlds.grid.dynamics import build_dynamics
 

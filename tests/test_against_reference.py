@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
+
 import reference
 from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import Source
@@ -153,9 +154,7 @@ FRAME_QUERIES = {
     "[moved(cheese) @ script[t]]": lambda w, s, t: R.moved(w, s, t, "cheese"),
     "[tried(cheese) @ script[t]]": lambda w, s, t: R.tried(w, s, t, "cheese"),
     "[fell(table) @ script[t]]": lambda w, s, t: R.fell(w, s, t, "table"),
-    "[at(robot, pink) @ script[t]]": lambda w, s, t: R.at(
-        w, w.state_at(s, t), "robot", "pink"
-    ),
+    "[at(robot, pink) @ script[t]]": lambda w, s, t: R.at(w, w.state_at(s, t), "robot", "pink"),
     "[adjacent(robot, cheese) @ script[t]]": lambda w, s, t: R.adjacent(
         w, w.state_at(s, t), "robot", "cheese"
     ),
@@ -168,7 +167,7 @@ def test_queries_agree(pair: Pair, expression: str) -> None:
     expected = {**QUERIES, **FRAME_QUERIES}[expression]
     random = Random(expression)
     seen = set()
-    for _ in range(16 if "[" == expression[0] else 4):
+    for _ in range(16 if expression[0] == "[" else 4):
         path = pair.random_script(random, 5, events=0.3)
         frames = replay(pair.world, path.states, path.actions)
         document = pair.document(path)

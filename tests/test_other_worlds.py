@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
+
 import reference
 from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import Source, StoryError
@@ -20,7 +21,7 @@ from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.grid.world import Viewer, assemble
 from worlds_for_tests import Pair, planned, small_kitchen
 
-C, O = reference.Character, reference.Object
+C, Thing = reference.Character, reference.Object
 ROWS = ["A..", ".#B"]
 TILES = {"red": (0, 0), "blue": (2, 1)}
 HEAD = """
@@ -88,7 +89,7 @@ WORLDS = {
         "    pushes = {ball}\nobject ball\n    may_be_absent = yes\nevent deus\n"
         "    drops = {ball}\n",
         [C("a", success=0.8, goals=("red", "blue", "none"), pushes=("ball",))],
-        [O("ball", may_be_absent=True)],
+        [Thing("ball", may_be_absent=True)],
         {"beta": 1.5},
     ),
     "two things, one of them always there": (
@@ -96,7 +97,7 @@ WORLDS = {
         "object box\nobject jar\n    may_be_absent = yes\nevent deus\n    drops = {jar}\n"
         "rewards\n    goal = 2\n    move = -0.5\n    stay = 0\n",
         [C("a", success=0.6, goals=("red", "blue"), pushes=("box",))],
-        [O("box", may_be_absent=False), O("jar", may_be_absent=True)],
+        [Thing("box", may_be_absent=False), Thing("jar", may_be_absent=True)],
         {"rewards": {"goal": 2.0, "move": -0.5, "stay": 0.0}},
     ),
 }
@@ -219,7 +220,9 @@ def test_a_single_character_can_be_told_of_from_a_file(tmp_path) -> None:
     text = "map\n    A....B\ntile left\n    symbol = A\ntile right\n    symbol = B\n"
     text += "character robot\n    goals = {left, right}\nplanning\n    gamma = 0.9\n"
     (tmp_path / "hall.world").write_text(text, encoding="utf-8")
-    source = Source("s.story", "world hall\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])")
+    source = Source(
+        "s.story", "world hall\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])"
+    )
     result = story_from(source, tmp_path).solve(seed=0)
     beliefs = result.script.query("P(G_robot | script[:t])")
     assert beliefs.shape == (4, 2)
@@ -227,6 +230,4 @@ def test_a_single_character_can_be_told_of_from_a_file(tmp_path) -> None:
     words = grid_vocabulary(result.script.world.spec)
     assert set(words.latents) == {"G_robot", "R_robot"}
     with pytest.raises(StoryError):
-        check_source(
-            Source("s", "world w\nlength 3\nmaximize depict(rho > 0)"), lambda *_: words
-        )
+        check_source(Source("s", "world w\nlength 3\nmaximize depict(rho > 0)"), lambda *_: words)

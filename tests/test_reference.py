@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 import reference as ref
 from reference import Character, Object, World
 

@@ -13,10 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from i2pdsl.pipeline import Story, load
 from worlds_for_tests import STORIES
 
-EXPECTATION = re.compile(r"^# expect (?:assume (?P<assume>[^:]+): )?(?P<expr>.+) (?P<op>[<>]=) (?P<bar>\S+)$")
+EXPECTATION = re.compile(
+    r"^# expect (?:assume (?P<assume>[^:]+): )?(?P<expr>.+) (?P<op>[<>]=) (?P<bar>\S+)$"
+)
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,9 @@ def check(path: Path, seeds: range) -> None:
     for number, expectation in enumerate(expectations(path)):
         median = float(np.median(values[:, number]))
         shown = f"{expectation.expression}: median {median:.4f} over {len(seeds)} seeds"
-        assert expectation.holds(median), f"{shown}, must be {expectation.operator} {expectation.bar}"
+        assert expectation.holds(median), (
+            f"{shown}, must be {expectation.operator} {expectation.bar}"
+        )
 
 
 @pytest.mark.parametrize("path", ALL, ids=IDS)

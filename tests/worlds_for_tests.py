@@ -9,6 +9,7 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
+
 import reference
 from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
@@ -19,7 +20,6 @@ from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld, Viewer, assemble
 
 STORIES = Path(__file__).parent.parent / "stories"
@@ -88,7 +88,9 @@ class Pair:
                     number = random.choice(np.flatnonzero(possible).tolist())
                     action = self.world.moves.turn_count + number
             actions.append(action)
-            state = int(self.world.transition(self.world.tables, np.asarray(state), np.asarray(action)))
+            state = int(
+                self.world.transition(self.world.tables, np.asarray(state), np.asarray(action))
+            )
         return trajectory(self.world, start, np.array(actions))
 
     def document(self, path: Trajectory) -> dict:

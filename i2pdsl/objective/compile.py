@@ -627,7 +627,9 @@ def _score(
         scope: Any
         if history:
             assert carry.frames is not None
-            histories = {(): (carry.frames, xp.ones((length + 1,), dtype=bool))}
+            histories: dict[tuple[ty.Turn, ...], tuple[Frame, Array]] = {
+                (): (carry.frames, xp.ones((length + 1,), dtype=bool))
+            }
             for turns, suffix in suffixes.items():
                 histories[turns] = extended(xp, carry.frames, suffix)
             scope = HistoryScope(world, tables, params, histories, last.number, length, None)

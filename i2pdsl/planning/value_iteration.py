@@ -111,15 +111,19 @@ def solve(
     found = np.empty((problem.successor.shape[1], count))
     worst, sweeps = 0.0, 0
     for number, columns in enumerate(groups):
-
-        def report(done: int, residual: float, expected: float, n: int = number) -> None:
-            if progress is not None:
-                progress(sweeps + done, residual, sweeps + expected * (len(groups) - n))
-
+        report = partial(_report, progress, sweeps, len(groups) - number)
         part = _solve_group(problem, columns, tolerance, max_sweeps, report)
         found[:, columns] = part.continuation
         worst, sweeps = max(worst, part.residual), sweeps + part.sweeps
     return Solution(found, worst, sweeps)
+
+
+def _report(
+    progress: Progress | None, before: int, groups: int, done: int, residual: float, expected: float
+) -> None:
+    """Passes a group's progress on, as if the groups to come took as many sweeps."""
+    if progress is not None:
+        progress(before + done, residual, before + expected * groups)
 
 
 class _Arrays(NamedTuple):

@@ -302,7 +302,7 @@ def save_mp4(
     frames = film_frames(stage, film, times, cell or default_cell(stage, 800), title, meters)
     encode = ["-c:v", "libx264", "-preset", "veryfast", "-tune", "animation", "-crf", "20"]
     encode += ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
-    with atomic_path(path) as temporary:
+    with atomic_path(Path(path)) as temporary:
         _encode(temporary, frames, len(times), fps, [], encode, progress)
 
 
@@ -326,7 +326,7 @@ def save_gif(
     frames = film_frames(stage, film, times, cell, title, meters)
     few = np.linspace(0, film.duration, 12)
     palette = _palette(film_frames(stage, film, few, cell, title, meters))
-    with atomic_path(path) as temporary, tempfile.TemporaryDirectory() as folder:
+    with atomic_path(Path(path)) as temporary, tempfile.TemporaryDirectory() as folder:
         colors = Path(folder, "palette.png")
         palette.save(colors)
         use = ["-i", str(colors)]

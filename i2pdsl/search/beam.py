@@ -178,7 +178,6 @@ def _search_block(
 ) -> tuple[Array, Array]:
     """The best score [B] and its actions [B, T] for a block of starts."""
 
-
     def first(state: Array) -> Node:
         node = root(world, objective, tables, params, state)
         return jax.tree.map(lambda x: jnp.asarray(x)[None], node)

@@ -96,7 +96,7 @@ def _store(path: Path | None, exported: jax.export.Exported) -> None:
 
 def _enable_compilation_cache() -> None:
     """Keeps XLA's compiled code between runs, unless the user has chosen a place already."""
-    if jax.config.jax_compilation_cache_dir is not None:
+    if jax.config.jax_compilation_cache_dir is not None:  # type: ignore[attr-defined]
         return
     try:
         folder = cache_folder("compiled")

@@ -31,7 +31,8 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
     if len(spec.characters) == 1:
         (one,) = spec.characters
         goal, rational = goal_of(one.name), rationality_of(one.name)
-        return (*({goal: g, rational: True} for g in one.goals), {rational: False})
+        alone: list[Hypothesis] = [{goal: g, rational: True} for g in one.goals]
+        return (*alone, {rational: False})
     if spec.settings.hypotheses == "literal":
         return _literal(spec)
     modeller = spec.modeller or spec.characters[1]

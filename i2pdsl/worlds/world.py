@@ -14,7 +14,15 @@ Tables = Any
 
 
 class Branches(NamedTuple):
-    """All joint turns from a state, K of them (see worlds/grid/model.py: Turns)."""
+    """All joint turns from a state, K = n_1 * n_2 of them.
+
+    Attributes:
+        state [..., K]: the state after each turn.
+        valid [..., K]: false for a second copy (a blocked move that also "fails").
+        log_rows: for each observed action, log P(action | H), broadcastable to
+            [..., n_1, n_2, O, H].
+        chance [..., K]: probability of the outcomes given the actions.
+    """
 
     state: Array
     valid: Array
@@ -29,9 +37,14 @@ class World(Protocol):
     actions in a frame.
     """
 
-    name: str
-    vocabulary: Vocabulary
-    tables: Tables
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def vocabulary(self) -> Vocabulary: ...
+
+    @property
+    def tables(self) -> Tables: ...
 
     def log_prior(self, tables: Tables) -> Array:
         """The belief before anything moved: [O, H]."""

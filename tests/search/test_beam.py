@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
+
 import reference
 from i2pdsl.audience.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
@@ -89,9 +90,7 @@ def test_full_width_is_brute_force_with_events_and_chance() -> None:
     goal = reference.objective("help", 2)
     for start, best in zip(found.starts, found.scores, strict=True):
         document = pair.document(trajectory(pair.world, int(start), np.array([0])))
-        state = tuple(
-            None if v is None else tuple(v) for v in document["start"].values()
-        )
+        state = tuple(None if v is None else tuple(v) for v in document["start"].values())
         brute, _ = reference.exhaustive(pair.reference, state, 2, goal, ("table",))
         assert best == pytest.approx(brute, abs=1e-4)
 

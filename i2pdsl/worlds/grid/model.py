@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY
+from i2pdsl.worlds.world import Branches
 
 Array = Any
 
@@ -80,23 +81,6 @@ class Moves:
         return first * (rest[0] if rest else 1)
 
 
-class Turns(NamedTuple):
-    """All joint turns from a state.
-
-    Attributes:
-        state [..., K]: the state after each turn.
-        valid [..., K]: false for a second copy (a blocked move that also "fails").
-        log_rows: for each character in the order of acting, log P(its action | H), broadcastable
-            to [..., n_1, n_2, O, H] (K = n_1 * n_2).
-        chance [..., K]: probability of the outcomes given the actions.
-    """
-
-    state: Array
-    valid: Array
-    log_rows: tuple[Array, ...]
-    chance: Array
-
-
 def namespace(array: Array) -> Any:
     """numpy or jax.numpy, whichever the array belongs to."""
     return array.__array_namespace__()
@@ -138,7 +122,7 @@ def value(tables: Tables, who: int, state: Array) -> Array:
     return padded[..., tables.columns[who]]
 
 
-def turns(tables: Tables, moves: Moves, state: Array) -> Turns:
+def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     """All joint turns from `state`, with what each hypothesis says of them."""
     xp = namespace(tables.cells)
     first = moves.outcomes(0)
@@ -152,7 +136,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Turns:
     chance = _chance(xp, first, moved, p)
     row = log_policy(tables, 0, state)[..., actions, :, :]
     if len(moves.weak) == 1:
-        return Turns(middle, valid, (row[..., :, None, :, :],), chance)
+        return Branches(middle, valid, (row[..., :, None, :, :],), chance)
     second = moves.outcomes(1)
     answers = [a for a, _ in second]
     landed = xp.moveaxis(tables.successor[1][:, reached], 0, -1)  # [..., A, A]
@@ -163,7 +147,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Turns:
     valid2 = xp.stack([moved2[..., a] | ok for a, ok in second], axis=-1)
     chance2 = _chance(xp, second, moved2, tables.success[1])
     shape = (*end.shape[:-2], end.shape[-2] * end.shape[-1])
-    return Turns(
+    return Branches(
         end.reshape(shape),
         (valid[..., None] & valid2).reshape(shape),
         (row[..., :, None, :, :], answered[..., by_outcome, :, :, :]),

@@ -6,7 +6,9 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,12 @@ from i2pdsl.planning import store
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, grid_hypotheses, rationality_of
+
+if TYPE_CHECKING:
+    from i2pdsl.planning.value_iteration import Answer, Problem
+
+MakeAnswer = Callable[[int], "Answer"]
+"""An answer for a number of problems."""
 
 Key = tuple[str | float | None, ...]
 """A planning problem: (goal,), or for one who models the other (the other's goal, own goal, rho);
@@ -122,7 +130,7 @@ def load_or_plan(
     check_memory(spec)
     plan = solve(spec, dynamics(), report=report)
     content = {f"continuation_{i}": array for i, array in enumerate(plan.continuation)}
-    store.save(name, {**content, "residual": np.float64(plan.residual)}, say)
+    store.save(name, {**content, "residual": np.array(plan.residual)}, say)
     return plan
 
 
@@ -144,7 +152,7 @@ def solve(
     """
     import time
 
-    from i2pdsl.planning.value_iteration import NotConverged, boltzmann, expected_reward
+    from i2pdsl.planning.value_iteration import NotConverged, boltzmann
     from i2pdsl.planning.value_iteration import solve as solve_problems
 
     started = time.perf_counter()
@@ -161,18 +169,13 @@ def solve(
         else:
             partner = _problem(spec, dynamics, other, keys[other], _level0(spec, dynamics, who))
             policy = boltzmann(partner, found[other], spec.settings.beta)
-            answer = _modelled(
-                spec, dynamics, other, keys[other], keys[who], policy, expected_reward
-            )
+            answer = _modelled(spec, dynamics, other, keys[other], keys[who], policy)
             problem = _problem(spec, dynamics, who, keys[who], answer)
-        name = c.name
         try:
             solution = solve_problems(
                 problem,
                 tolerance=tolerance,
-                progress=None
-                if report is None
-                else lambda sweep, left, expected, n=name: report(n, sweep, left, expected),
+                progress=None if report is None else partial(report, c.name),
             )
         except NotConverged as problem_:
             raise _not_settled(spec, str(problem_)) from None
@@ -215,7 +218,13 @@ def _rewards(
     return np.ascontiguousarray(reward), np.array([goals.index(g) for g in own])
 
 
-def _problem(spec, dynamics, who, keys, answer):  # type: ignore[no-untyped-def]
+def _problem(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    who: int,
+    keys: tuple[Key, ...],
+    answer: MakeAnswer | None,
+) -> Problem:
     from i2pdsl.planning.value_iteration import Problem
 
     reward, goal = _rewards(spec, dynamics, who, keys)
@@ -230,7 +239,7 @@ def _problem(spec, dynamics, who, keys, answer):  # type: ignore[no-untyped-def]
     )
 
 
-def _level0(spec, dynamics, other):  # type: ignore[no-untyped-def]
+def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeAnswer | None:
     """How one who models nobody believes that the other acts: uniformly, or by the costs."""
     if other is None:
         return None
@@ -255,9 +264,16 @@ def _level0(spec, dynamics, other):  # type: ignore[no-untyped-def]
     return answer
 
 
-def _modelled(spec, dynamics, other, other_keys, keys, policy, expected_reward):  # type: ignore[no-untyped-def]
+def _modelled(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    other: int,
+    other_keys: tuple[Key, ...],
+    keys: tuple[Key, ...],
+    policy: np.ndarray,
+) -> MakeAnswer:
     """The modelled one's softmax policies, and a uniform one for where he is irrational."""
-    from i2pdsl.planning.value_iteration import Answer
+    from i2pdsl.planning.value_iteration import Answer, expected_reward
 
     reward, goal = _rewards(spec, dynamics, other, other_keys)
     social = expected_reward(policy, reward[:, goal], costs(spec))

@@ -135,7 +135,7 @@ class GridSpec:
 
     @cached_property
     def planning_key(self) -> str:
-        """A digest of all that planning depends on; drawing hints and documentation do not count."""
+        """A digest of all that planning depends on: not of drawing hints or documentation."""
         content = asdict(self)
         for key in ("name", "floor", "wall", "documentation", "source", "events"):
             content.pop(key)

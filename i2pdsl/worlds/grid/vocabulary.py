@@ -28,7 +28,7 @@ _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
     "forgetting": "share of the belief that is reassigned after each action",
-    "hypotheses": "merged: each distinct hypothesis once; literal: the paper's tuple, 72 in the kitchen",
+    "hypotheses": "merged: each distinct hypothesis once; literal: the paper's tuple (72)",
 }
 
 

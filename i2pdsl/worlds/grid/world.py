@@ -17,6 +17,7 @@ from i2pdsl.worlds.grid.planning import Plan, Report, costs, load_or_plan, on_go
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
+from i2pdsl.worlds.world import Branches
 
 Array = Any
 
@@ -75,7 +76,7 @@ class GridWorld:
     def all_states(self, tables: model.Tables) -> Array:
         return tables.cells.__array_namespace__().arange(tables.cells.shape[0])
 
-    def turns(self, tables: model.Tables, state: Array) -> model.Turns:
+    def turns(self, tables: model.Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
 
     def drops(self, tables: model.Tables, state: Array) -> tuple[Array, Array]:
