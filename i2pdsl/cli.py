@@ -237,6 +237,10 @@ def run(
                 show(problem.diagnostics)
                 status = WRONG
                 break
+            except OSError as problem:  # the disk is full
+                click.echo(f"error: {in_words(problem)}", err=True)
+                status = WRONG
+                break
             except KeyboardInterrupt:
                 click.echo(f"interrupted: nothing was found yet for {story.typed.name}", err=True)
                 status = INTERRUPTED

@@ -22,6 +22,7 @@ from i2pdsl.errors import (
     shorten,
     whole_file,
 )
+from i2pdsl.language import typed as ty
 from i2pdsl.language.check import (
     Library,
     TypedQuery,
@@ -33,6 +34,7 @@ from i2pdsl.language.check import (
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import in_range
 from i2pdsl.language.statements import read_source
+from i2pdsl.objective.compile import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.search.candidates import select_different
@@ -190,7 +192,11 @@ class Story:
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds
         count = RESCORED if candidates > 1 else 8
-        best = range(min(len(found.starts), count))
+        best = np.flatnonzero(np.isfinite(found.scores))[:count]
+        if not len(best):
+            message = "the objective has no finite value for any script that was found"
+            hint = "look for a logarithm of 0 or a division by 0"
+            raise error("objective", message, whole_file(self.typed.source.name), hint)
         return [
             trajectory(world, int(found.starts[i]), found.actions[i]) for i in best
         ], found.finished
@@ -219,7 +225,9 @@ class Story:
         source = self.typed.source
         about = {"name": self.typed.name, "file": source.name, "source": source.text, "seed": seed}
         record = make_record(world, path, about, dict(self.typed.settings), score)
-        return Script(record, world, path, self.typed.module, self.typed.assumption, frames)
+        module, assumption = self.typed.module, self.typed.assumption
+        turns = appended_turns(self.typed)
+        return Script(record, world, path, module, assumption, frames, appended=turns)
 
 
 def trajectory(world: GridWorld, start: int, actions: np.ndarray) -> Trajectory:
@@ -267,6 +275,7 @@ class Script:
         assumption: the mask over hypotheses that queries are conditioned on.
         frames: states and beliefs, frame by frame.
         warnings: of its file, where that could not be taken quite as it is.
+        appended: the turns that its story appends to it (a flashback's last picture).
     """
 
     record: Record
@@ -276,6 +285,7 @@ class Script:
     assumption: tuple[bool, ...]
     frames: Frame
     warnings: tuple[Diagnostic, ...] = ()
+    appended: tuple[ty.Turn, ...] = ()
 
     @property
     def score(self) -> float | None:
@@ -300,6 +310,24 @@ class Script:
     def save(self, path: Path | str) -> Path:
         """Writes the script as JSON, atomically."""
         return self.record.save(path)
+
+    def shown(self) -> Script:
+        """The script as viewers see it: with the turns that its story appends, as far as they
+        can happen."""
+        actions, states = list(self.trajectory.actions), list(self.trajectory.states)
+        for turn in self.appended:
+            action, possible = self.world.act(self.world.tables, np.asarray(states[-1]), turn)
+            if not possible:
+                break
+            actions.append(int(action))
+            states.append(
+                int(self.world.transition(self.world.tables, np.asarray(states[-1]), action))
+            )
+        path = Trajectory(self.trajectory.start, np.array(actions), np.array(states))
+        story, settings = self.record.story, self.record.world["settings"]
+        record = make_record(self.world, path, story, settings, self.score)
+        frames = replay(self.world, path.states, path.actions)
+        return replace(self, record=record, trajectory=path, frames=frames, appended=())
 
     def check(self, expression: str, assume: str | None = None) -> TypedQuery:
         """Checks a query. Raises StoryError."""
@@ -330,8 +358,7 @@ class Script:
 
     def answer(self, query: TypedQuery) -> Answer:
         """Evaluates a checked query."""
-        from i2pdsl.language import typed as ty
-
+        self._check_appended(query)
         with np.errstate(all="ignore"):  # log(0) is an answer: -inf
             found = evaluate(self.world, self.frames, query.value, query.times)
         value = np.asarray(found, dtype=float)
@@ -340,6 +367,27 @@ class Script:
             return Answer(times, value, None, None)
         labels = query.value.partition.labels[:-1]
         return Answer(times, value[..., :-1], labels, value[..., -1])
+
+    def _check_appended(self, query: TypedQuery) -> None:
+        """Refuses a question about a turn that cannot follow the script's end."""
+        last = Frame(*(part[-1] for part in self.frames))
+        for node in ty.walk(query.value):
+            if isinstance(node, ty.Moment) and node.turns:
+                steps = append_turns(self.world, self.world.tables, node.turns, last)
+                for number, (_, possible) in enumerate(steps, self.length + 1):
+                    if not possible:
+                        message = f"the appended frame {number} cannot happen: its place is taken"
+                        raise error("turn", message, whole_file("query"))
+
+
+def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
+    """The longest sequence of turns that a story's objective appends to its script."""
+    found: tuple[ty.Turn, ...] = ()
+    for _, expression in story.objective:
+        for node in ty.walk(expression):
+            if isinstance(node, ty.Moment) and len(node.turns) > len(found):
+                found = node.turns
+    return found
 
 
 @dataclass(frozen=True)
@@ -379,7 +427,8 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)
-    return Script(record, world, path, module, assumption, frames, warnings)
+    turns = appended_turns(story) if story else ()
+    return Script(record, world, path, module, assumption, frames, warnings, turns)
 
 
 def _stored_world(record: Record, folder: Path | None) -> GridSpec:

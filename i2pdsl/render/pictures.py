@@ -17,6 +17,7 @@ from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 FORMATS = ("png", "svg", "gif", "mp4", "html")
 KEY_FRAMES = 8
+UNSURE = 0.1  # beliefs closer than this are a tie
 # For values and characters that the palette does not name; dashes and labels tell them apart too.
 _MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 
@@ -35,7 +36,8 @@ class Pictures:
     """Draws one script; what several pictures share is computed once."""
 
     def __init__(self, script: Script, title: str | None = None):
-        self.script = script
+        self.told = script.length  # later frames are those that the story appends
+        self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
         self.title = title or str(script.record.story.get("name") or script.world.name)
@@ -98,13 +100,8 @@ class Pictures:
         ]
         lines = []
         for t in frames:
-            parts = []
-            for panel in panels[:2]:
-                best = max(panel.series, key=lambda s, t=t: s.values[t])  # type: ignore[misc]
-                who = panel.title.removesuffix("'s goal").removesuffix("'s alignment")
-                verb = "wants" if "goal" in panel.title else "is"
-                parts.append(f"{who} {verb} {best.label} ({_percent(best.values[t])})")
-            lines.append(", ".join(parts))
+            line = ", ".join(_belief(panel, t) for panel in panels[:2])
+            lines.append(f"and then: {line}" if t > self.told else line)
         return lines
 
     def beliefs(self) -> np.ndarray:
@@ -185,6 +182,16 @@ def _series(curves: Any) -> tuple[Series, ...]:
         color = PALETTE.get(label, _MORE_COLORS[number % len(_MORE_COLORS)])
         found.append(Series(str(label), np.asarray(values), color))
     return tuple(found)
+
+
+def _belief(panel: Panel, t: int) -> str:
+    """What viewers believe of one thing after frame t, or that they cannot tell."""
+    first, *others = sorted(panel.series, key=lambda s: -s.values[t])
+    who, _, what = panel.title.partition("'s ")
+    if others and first.values[t] - others[0].values[t] < UNSURE:
+        return f"{who}: hard to tell"
+    verb = "wants" if what == "goal" else "is"
+    return f"{who} {verb} {first.label} ({_percent(first.values[t])})"
 
 
 def _percent(p: float) -> str:
