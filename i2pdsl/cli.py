@@ -36,10 +36,11 @@ def keep_interrupt(lost: sys.UnraisableHookArgs) -> None:
     if not issubclass(lost.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
-    import _thread
+    import signal
     import threading
 
-    again = threading.Timer(0.02, _thread.interrupt_main)
+    main_thread = threading.main_thread().ident
+    again = threading.Timer(0.02, signal.pthread_kill, (main_thread, signal.SIGINT))
     again.daemon = True
     again.start()
 
@@ -438,7 +439,8 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
             files += [str(f) for f in story_files(path)]
         except StoryError as problem:
             diagnostics.extend(problem.diagnostics)
-    for name in dict.fromkeys(files):
+    files = list(dict.fromkeys(files))
+    for name in files:
         try:
             source = read_source(name)
             if name.endswith(".world"):
@@ -452,7 +454,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     wrong = any(d.severity == "error" for d in diagnostics)
     if as_json:
         shown = [d.as_json() for d in diagnostics]
-        output_json({"ok": not wrong, "files": list(dict.fromkeys(files)), "diagnostics": shown})
+        output_json({"ok": not wrong, "files": files, "diagnostics": shown})
     else:
         show(diagnostics)
         if not wrong:

@@ -34,7 +34,7 @@ from i2pdsl.language.check import (
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import in_range
 from i2pdsl.language.statements import read_source
-from i2pdsl.objective.compile import append_turns
+from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.search.candidates import select_different

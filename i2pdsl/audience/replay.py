@@ -8,7 +8,7 @@ import numpy as np
 
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.compile import append_turns, extended
+from i2pdsl.objective.appended import append_turns, extended
 from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.world import World
 

@@ -84,9 +84,9 @@ class View:
 class StepScope:
     """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
 
-    def __init__(self, world: World, tables: Any, params: Any, frame: Frame):
+    def __init__(self, world: World, tables: Any, params: Any, frame: Frame, first_state: Array):
         self.world, self.tables, self.params = world, tables, params
-        self.t, self.frame = frame.number, frame
+        self.t, self.frame, self.first_state = frame.number, frame, first_state
         self.xp = frame.belief.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -95,7 +95,7 @@ class StepScope:
             return View(frame.belief, frame.state, frame)
         if moment.offset == -1:
             return View(frame.previous, frame.before, None)
-        return _prior(self)
+        return _prior(self, state=self.first_state)
 
 
 class StartScope:
@@ -111,7 +111,7 @@ class StartScope:
         return _prior(self, exists=index == 0, state=self.state)
 
 
-def _prior(scope: Any, exists: Array | bool = True, state: Array | None = None) -> View:
+def _prior(scope: Any, state: Array, exists: Array | bool = True) -> View:
     belief = scope.world.log_prior(scope.tables)
     return View(belief, state, None, exists)
 

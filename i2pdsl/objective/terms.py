@@ -7,7 +7,7 @@ import numpy as np
 from i2pdsl.audience.replay import evaluate
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory
-from i2pdsl.objective.compile import Objective, compile_objective
+from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.grid.world import GridWorld
 

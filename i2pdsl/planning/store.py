@@ -20,7 +20,7 @@ def load(name: str, say: Callable[[str], None] | None = None) -> dict[str, np.nd
         return None  # `save` says so
     try:
         # zip entries carry checksums, so damage anywhere is noticed.
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             return {key: archive[key] for key in archive.files}
     except FileNotFoundError:
         return None

@@ -15,7 +15,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from i2pdsl.objective.compile import Objective, Params
+from i2pdsl.objective.compile import Params
+from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.search.programs import compiled_program
 from i2pdsl.search.rollout import Node, advance, children, root, scores

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from i2pdsl.audience.filter import update
-from i2pdsl.objective.compile import Objective
+from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.worlds.grid.world import GridWorld
 

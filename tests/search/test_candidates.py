@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from worlds_for_tests import kitchen_text
 
 from i2pdsl.errors import Source
 from i2pdsl.search.candidates import APART, distance, select_different
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
+from worlds_for_tests import kitchen_text
 
 ROOM = ("P......", ".......", "......G")
 

@@ -1,0 +1,75 @@
+"""Turns that a story appends to its script: the last picture of a flashback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from i2pdsl.language import typed as ty
+from i2pdsl.objective.compile import Params
+from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+MOST_SUFFIX_BYTES = 400 * 2**20
+
+
+def prepare_rows(
+    world: World, appended: list[tuple[ty.Turn, ...]]
+) -> Callable[[Any, Params], Params]:
+    """A search scores an appended turn after every candidate, far more often than there are
+    states, so what each hypothesis says of the turn is tabulated, unless the table is too big."""
+
+    def prepare(tables: Any, params: Params) -> Params:
+        states = world.all_states(tables)
+        turns = [turn for group in appended for turn in group]
+        size = 4 * len(states) * world.log_prior(tables).size * len(turns)
+        if not turns or size * len(world.vocabulary.characters) > MOST_SUFFIX_BYTES:
+            return params
+        rows = []
+        for turn in turns:
+            action, _ = world.act(tables, states, turn)
+            found = world.log_rows(tables, states, action)
+            rows.append(found[0].__array_namespace__().stack(found, axis=1))
+        return params._replace(suffix_rows=tuple(rows))
+
+    return prepare
+
+
+def append_turns(
+    world: World,
+    tables: Any,
+    turns: tuple[ty.Turn, ...],
+    last: Frame,
+    rows: tuple[Array, ...] = (),
+) -> list[tuple[Frame, Array]]:
+    """The frames of appended turns after a frame, and whether each can happen.
+
+    `rows` are the tables of `prepare`, if there are any.
+    """
+    found = []
+    possible: Array = True
+    current = last
+    for i, turn in enumerate(turns):
+        action, allowed = world.act(tables, current.state, turn)
+        known = None
+        if rows:
+            known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
+        number = current.number + 1
+        current = observe(world, tables, number, current.state, action, current.belief, known)
+        possible = possible & allowed
+        found.append((current, possible))
+    return found
+
+
+def extended(xp: Any, frames: Frame, suffix: list[tuple[Frame, Array]]) -> tuple[Frame, Array]:
+    """A history [T + 1, ...] with appended frames behind it, and which frames can happen."""
+    joined = Frame(
+        *(
+            xp.concatenate([old, xp.stack([getattr(f, name) for f, _ in suffix])])
+            for name, old in frames._asdict().items()
+        )
+    )
+    ok = xp.ones((frames.number.shape[0],), dtype=bool)
+    return joined, xp.concatenate([ok, xp.stack([xp.asarray(p) for _, p in suffix])])

@@ -1,0 +1,299 @@
+"""From an objective to a fold over frames: `init` at the start, `step` with each frame, `score`
+at any time (the objective of the prefix so far, language.md "Prefixes").
+
+Sums that look at frames t and t - 1 only are accumulated; a sum that looks elsewhere keeps the
+history and is taken anew at each score.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from i2pdsl.language import typed as ty
+from i2pdsl.objective.appended import append_turns, extended, prepare_rows
+from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
+from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A compiled objective.
+
+    Attributes:
+        init: (tables, params, state) -> carry.
+        step: (tables, params, carry, frame) -> carry.
+        score: (tables, params, carry, frame) -> number; `frame` is the last one so far.
+        prepare: (tables, params) -> params, once before a search: what is worth a table.
+        params: what this story passes to them.
+        shape: a digest; objectives of equal shape share one compiled program.
+        keeps_history: whether the carry holds all frames, which costs memory and time.
+        has_suffix: whether it scores appended turns.
+    """
+
+    init: Callable[..., Any]
+    step: Callable[..., Any]
+    score: Callable[..., Array]
+    prepare: Callable[[Any, Params], Params]
+    params: Params
+    shape: str
+    keeps_history: bool
+    has_suffix: bool
+
+
+def compile_objective(
+    world: World,
+    length: int,
+    terms: list[tuple[float, ty.Typed]],
+    plausibility: float,
+    chances: tuple[float, ...],
+) -> Objective:
+    """Compiles weighted expressions to init, step and score.
+
+    Args:
+        terms: (weight, expression); the automatic rationality term is one of them.
+        plausibility: weight of -(p_hat - p)^2 (paper, "Implementation details").
+        chances: the success probability p of each weak character.
+    """
+    compiler = Compiler(world, length)
+    sums: list[_Sum] = []
+    history = any(_looks_far(node, length) for _, e in terms for node in ty.walk(e))
+    compiler.on_reduction = (
+        reduce_over_history(compiler) if history else _incremental(compiler, sums)
+    )
+    weights = [len(compiler.numbers) + i for i in range(len(terms))]
+    compiler.numbers.extend(weight for weight, _ in terms)
+    built = [compiler.build(e) for _, e in terms]
+    plausible = len(compiler.numbers)
+    compiler.numbers.extend((plausibility, *chances))
+    compiler.shape.append(f"plausibility{len(chances)}")
+    suffixes = _appended(terms)
+    return Objective(
+        init=_init(world, sums, history, length, len(chances)),
+        step=_step(world, sums, history, bool(chances)),
+        score=_score(
+            world, built, weights, plausible, sums, history, length, suffixes, bool(chances)
+        ),
+        prepare=prepare_rows(world, suffixes),
+        params=compiler.params(),
+        shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
+        keeps_history=history,
+        has_suffix=bool(suffixes),
+    )
+
+
+def _appended(terms: list[tuple[float, ty.Typed]]) -> list[tuple[ty.Turn, ...]]:
+    found = (n.turns for _, e in terms for n in ty.walk(e) if isinstance(n, ty.Moment) and n.turns)
+    return list(dict.fromkeys(found))
+
+
+def _looks_far(node: object, length: int) -> bool:
+    """Whether a form looks at frames that a fold which keeps none cannot reach."""
+    match node:
+        case ty.Moment(first=None):
+            return 0 < node.frames[0] < length
+        case ty.Moment():
+            return node.offset not in (0, -1)
+        case ty.Reduction():
+            # A fixed frame inside a sum (the prior excepted) changes terms already taken.
+            moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
+            frames = [
+                n.moment if isinstance(n, ty.Feature) else n.given.moment
+                for n in ty.walk(node.body)
+                if isinstance(n, ty.Feature | ty.Surprise)
+            ]
+            return any(m.first is None and m.frames[0] != 0 for m in moments) or any(
+                m is None or m.offset != 0 for m in frames
+            )
+        case ty.Feature(moment=ty.Moment(first=None)) | ty.Surprise():
+            return False
+    return False
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """An incremental reduction: its term, and its place in the carry."""
+
+    node: ty.Reduction
+    term: Closure
+    number: int
+
+
+def _incremental(compiler: Compiler, sums: list[_Sum]) -> Callable[[ty.Reduction], Closure]:
+    def on_reduction(node: ty.Reduction) -> Closure:
+        term = compiler.build(node.body)
+        own = _Sum(node, term, len(sums))
+        sums.append(own)
+
+        def value(scope: EndScope) -> Array:
+            return _total(scope, own)
+
+        return value
+
+    return on_reduction
+
+
+_EMPTY = {"sum": 0.0, "mean": 0.0, "min": np.inf, "max": -np.inf}
+_JOIN = {"sum": "add", "mean": "add", "min": "minimum", "max": "maximum"}
+
+
+def _total(scope: Any, own: _Sum) -> Array:
+    """The reduction over the frames so far, and over the appended ones that it reaches."""
+    xp, node = scope.xp, own.node
+    total = scope.accumulated[own.number]
+    n = scope.last.number
+    count = xp.clip(n, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+    for t in range(max(scope.length + 1, node.first), node.last + 1):
+        total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
+        count = count + 1
+    if node.kind == "mean":
+        return total / xp.maximum(count, 1)
+    return total if node.kind == "sum" else xp.where(count > 0, total, 0.0)
+
+
+class _Carry(NamedTuple):
+    """What the fold keeps: sums so far, attempts of weak characters, the start, the history."""
+
+    sums: Array  # [n]
+    tried: Array  # [weak characters]
+    succeeded: Array
+    first_state: Array
+    frames: Frame | None  # [T + 1, ...], frame 0 is the start
+
+
+def _init(
+    world: World, sums: list[_Sum], history: bool, length: int, weak: int
+) -> Callable[..., _Carry]:
+    def init(tables: Any, params: Params, state: Array) -> _Carry:
+        prior = world.log_prior(tables)
+        xp = prior.__array_namespace__()
+        zero = xp.zeros((), dtype=prior.dtype)
+        start = StartScope(world, tables, params, state, xp.zeros((), dtype=xp.int32))
+        values = []
+        for own in sums:
+            value = zero + _EMPTY[own.node.kind]
+            values.append(zero + own.term(start) if own.node.first == 0 else value)
+        frames = None
+        if history:
+            rows = [xp.zeros_like(row) for row in world.log_rows(tables, state, state * 0)]
+            first = _first_frame(xp, state, prior, len(rows))
+            frames = Frame(
+                *(xp.broadcast_to(part[None], (length + 1, *part.shape)) for part in first)
+            )
+        return _Carry(
+            xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
+            xp.zeros((weak,), dtype=prior.dtype),
+            xp.zeros((weak,), dtype=prior.dtype),
+            state,
+            frames,
+        )
+
+    return init
+
+
+def _first_frame(xp: Any, state: Array, prior: Array, observed: int) -> Frame:
+    """The start as frame 0: no action, and the prior as its belief."""
+    rows = xp.zeros((observed, *prior.shape), dtype=prior.dtype)
+    number = xp.zeros((), dtype=xp.int32)
+    state = xp.asarray(state)
+    return Frame(number, state, xp.zeros_like(state), state, prior, prior, rows, rows)
+
+
+def _step(world: World, sums: list[_Sum], history: bool, weak: bool) -> Callable[..., _Carry]:
+    def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
+        scope = StepScope(world, tables, params, frame, carry.first_state)
+        xp = scope.xp
+        values = []
+        for own in sums:
+            before = carry.sums[own.number]
+            term = own.term(scope)
+            joined = getattr(xp, _JOIN[own.node.kind])(before, term)
+            inside = (own.node.first <= frame.number) & (frame.number <= own.node.last)
+            values.append(xp.where(inside, joined, before))
+        tried, succeeded = carry.tried, carry.succeeded
+        if weak:
+            more, won = world.attempts(tables, frame.before, frame.action)
+            tried, succeeded = tried + more, succeeded + won
+        frames = carry.frames
+        if history:
+            assert frames is not None
+            frames = Frame(
+                *(old.at[frame.number].set(new) for old, new in zip(frames, frame, strict=True))
+            )
+        return carry._replace(
+            sums=xp.stack(values) if values else carry.sums,
+            tried=tried,
+            succeeded=succeeded,
+            frames=frames,
+        )
+
+    return step
+
+
+def _score(
+    world: World,
+    built: list[Closure],
+    weights: list[int],
+    plausible: int,
+    sums: list[_Sum],
+    history: bool,
+    length: int,
+    appended: list[tuple[ty.Turn, ...]],
+    weak: bool,
+) -> Callable[..., Array]:
+    def score(tables: Any, params: Params, carry: _Carry, last: Frame) -> Array:
+        xp = last.belief.__array_namespace__()
+        suffixes, first = {}, 0
+        for turns in appended:
+            rows = params.suffix_rows[first : first + len(turns)]
+            suffixes[turns] = append_turns(world, tables, turns, last, rows)
+            first += len(turns)
+        scope: Any
+        if history:
+            assert carry.frames is not None
+            histories: dict[tuple[ty.Turn, ...], tuple[Frame, Array]] = {
+                (): (carry.frames, xp.ones((length + 1,), dtype=bool))
+            }
+            for turns, suffix in suffixes.items():
+                histories[turns] = extended(xp, carry.frames, suffix)
+            scope = HistoryScope(world, tables, params, histories, last.number, length, None)
+        else:
+            scope = _FoldScope(world, tables, params, last, carry.first_state, length, suffixes)
+            scope.accumulated = carry.sums
+        total = xp.zeros((), dtype=last.belief.dtype)
+        for number, value in zip(weights, built, strict=True):
+            total = total + params.numbers[number] * value(scope)
+        if weak:
+            p_hat = carry.succeeded / xp.maximum(carry.tried, 1)
+            p = params.numbers[plausible + 1 : plausible + 1 + carry.tried.shape[0]]
+            miss = xp.where(carry.tried > 0, (p_hat - p) ** 2, 0.0)
+            total = total - params.numbers[plausible] * miss.sum()
+        return total
+
+    return score
+
+
+class _FoldScope(EndScope):
+    """The end of a prefix whose sums were accumulated."""
+
+    accumulated: Array
+
+    def at(self, t: int) -> EndScope:
+        """The same end, looked at from an appended frame t."""
+        return EndScope(
+            self.world,
+            self.tables,
+            self.params,
+            self.last,
+            self.first_state,
+            self.length,
+            self.suffixes,
+            t,
+        )
