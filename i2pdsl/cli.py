@@ -28,7 +28,14 @@ DONE, WRONG, USAGE, INTERRUPTED = 0, 1, 2, 130
 def main(arguments: list[str] | None = None) -> None:
     """The program."""
     sys.unraisablehook = keep_interrupt
-    sys.exit(run_command(arguments))
+    status = run_command(arguments)
+    if status == INTERRUPTED:
+        # JAX may still be computing: to take Python down around its threads crashes (SIGSEGV).
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 def keep_interrupt(lost: sys.UnraisableHookArgs) -> None:

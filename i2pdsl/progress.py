@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 from types import TracebackType
 from typing import Any
@@ -49,7 +50,11 @@ class Bars:
             self.close()
             self.name = name
             layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
-            self.bar = tqdm(total=total, desc=name, bar_format=layout, leave=False)
+            # Some terminals do not know their size and say 0: nothing would be shown.
+            width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+            self.bar = tqdm(
+                total=total, desc=name, bar_format=layout, leave=False, ncols=width, nrows=20
+            )
         return self.bar
 
     def _planning(self, who: str, sweep: int, residual: float, expected: float | None) -> None:

@@ -661,34 +661,37 @@ def test_progress_is_shown_on_a_terminal_only(place: Path, tmp_path: Path) -> No
     assert done.err == ""
 
 
-def interrupted(
-    command: list[str], folder: Path, seconds: float, environment: dict[str, str] | None = None
-) -> Outcome:
-    """Ctrl-C, as a terminal sends it to the whole group, after some seconds."""
+def interrupted_planning(command: list[str], folder: Path) -> Outcome:
+    """Ctrl-C, as a terminal sends it to the whole group, soon after planning began."""
+    cache = folder / "cache"
     with subprocess.Popen(
-        [*I2P, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder,
-        start_new_session=True, env={**os.environ, **(environment or {})},
-    ) as running:  # fmt: skip
-        time.sleep(seconds)
+        [*I2P, *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "I2PDSL_CACHE": str(cache)},
+    ) as running:
+        while not (cache / "plans").is_dir():
+            assert running.poll() is None
+            time.sleep(0.02)
+        time.sleep(0.5)
         os.killpg(running.pid, signal.SIGINT)
         out, err = running.communicate(timeout=60)
     assert "Traceback" not in err
     assert "Exception ignored" not in err
+    assert list((cache / "plans").iterdir()) == []
     return Outcome(running.returncode, out, err)
 
 
-def test_interrupted_while_planning(place: Path, tmp_path: Path) -> None:
-    cache = {"I2PDSL_CACHE": str(tmp_path / "cache")}
-    done = interrupted(["plan", "kitchen", "--json"], place, 1.5, cache)
+def test_interrupted_while_planning(place: Path) -> None:
+    done = interrupted_planning(["plan", "kitchen", "--json"], place)
     assert done == (INTERRUPTED, "", "interrupted\n")
-    assert [p for p in (tmp_path / "cache").rglob("*") if p.is_file() and "plans" in p.parts] == []
 
 
-def test_interrupted_before_anything_was_found(place: Path, tmp_path: Path) -> None:
-    cache = {"I2PDSL_CACHE": str(tmp_path / "cache")}
-    text = HELP.replace("small", "kitchen")
-    Path("help.story").write_text(text, encoding="utf-8")
-    done = interrupted(["run", "help.story", "--seeds", "0-3", "--json"], place, 1.5, cache)
+def test_interrupted_before_anything_was_found(place: Path) -> None:
+    Path("help.story").write_text(HELP.replace("small", "kitchen"), encoding="utf-8")
+    done = interrupted_planning(["run", "help.story", "--seeds", "0-3", "--json"], place)
     assert done.status == INTERRUPTED
     assert json.loads(done.out) == []
     assert done.err == "interrupted: nothing was found yet for help\n"
@@ -833,7 +836,8 @@ def test_completion_in_bash(place: Path) -> None:
     lines = (
         'eval "$(i2p completion bash)"; complete -p i2p;'
         "COMP_WORDS=(i2p wor); COMP_CWORD=1; _i2p_completion i2p; echo ${COMPREPLY[*]};"
-        "COMPREPLY=(); COMP_WORDS=(i2p worlds kit); COMP_CWORD=2; _i2p_completion i2p; echo ${COMPREPLY[*]}"
+        "COMPREPLY=(); COMP_WORDS=(i2p worlds kit); COMP_CWORD=2; _i2p_completion i2p;"
+        "echo ${COMPREPLY[*]}"
     )
     environment = {**os.environ, "PATH": f"{tool.parent}:{os.environ['PATH']}"}
     done = subprocess.run(

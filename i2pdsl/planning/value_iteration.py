@@ -1,8 +1,20 @@
 """Exact planning by value iteration, in JAX: arrays in, arrays out.
 
-A family of problems that share their moves is solved together, one column each. Columns are
-solved in groups, the fastest axis, so that reading a successor's values is one contiguous gather
-for all of them.
+One family of problems: a *mover* acts, then (if there is one) an *answerer* acts by a fixed
+stochastic policy. Shapes: S states, A actions, P problems (one column each), G distinct goals,
+K distinct policies of the answerer. Rewards and values are in the story's units, per turn.
+
+    W(s)    = rho social(s) + sum_a policy(a | s) (q V(next_a(s)) + (1 - q) V(s))
+    Q(s, b) = reward(s) + cost(b) + gamma (m W(next_b(s)) + (1 - m) W(s))
+    V(s)    = max_b Q(s, b)
+
+with m, q the success probabilities of mover and answerer; W = V where nobody answers.
+
+What makes it quick, apart from reading a successor's values for 16 problems as one contiguous
+row: a drift common to all states is not iterated but subtracted (White 1963, MacQueen 1966,
+DOI 10.1016/0022-247X(66)90060-6), so that values stay small enough for single precision; what
+then decays slowly is extrapolated (`_extrapolate`); problems that have converged leave. Double
+precision finishes, and measures the residual that is reported.
 """
 
 from __future__ import annotations
@@ -10,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from math import ceil, log
 from typing import Any, NamedTuple
 
 import jax
@@ -17,11 +30,17 @@ import jax.numpy as jnp
 import numpy as np
 
 Array = Any
-Progress = Callable[[int, float, float | None], None]
+Progress = Callable[[int, float, float], None]
 
-GROUP = 16  # columns solved side by side: a cache line of single precision
-CHUNK = 60  # sweeps in one compiled call
-COARSE = 5e-4  # single precision stops here; rounding would stall it a little below
+WIDTH = 16  # problems in a group: a row of single precision is one cache line
+STRIDE = 5  # sweeps between snapshots
+CYCLE = 2 * STRIDE
+WARM = 1.4  # sweeps before the first extrapolation, times 1 - gamma: first, actions settle
+SAMPLE = 16_384  # states that weigh in an extrapolation
+ONE = np.int32(1)
+UNKNOWN = 1e300  # a residual before the first sweep
+STALLS = 4  # cycles without contraction, after which rounding is to blame
+MARGIN = 0.8  # how far below the tolerance the sweeps go
 
 
 class NotConverged(Exception):
@@ -33,12 +52,12 @@ class Answer:
     """How the other character answers: by a fixed stochastic policy.
 
     Attributes:
-        successor: int32 [A, S], the state after a successful action.
-        success: probability that an action succeeds; else the state stays.
+        successor: int [A, S], the state after a successful action (blocked or stay: s itself).
+        success: probability q that an action succeeds; else the state stays.
         policy: [K, A, S], or [K, A, 1] where it does not depend on the state.
         choice: int [P], the policy that each problem faces.
-        social: [S, K], the answerer's expected reward, or None.
-        rho: [P], the weight of that reward.
+        social: [S, K], the answerer's own expected reward under each policy, or None.
+        rho: [P], the weight of that reward for the mover.
     """
 
     successor: np.ndarray
@@ -55,10 +74,10 @@ class Problem:
 
     Attributes:
         successor, success: as in Answer, for the mover.
-        reward: [S, G], the reward for acting in a state, for each of G goals.
+        reward: [S, G], the reward for acting in a state, for each distinct goal.
         cost: [A], added for an action.
         goal: int [P], the goal of each problem.
-        gamma: discount factor.
+        gamma: discount factor per turn, 0 <= gamma < 1.
         answer: the other's answer to each action, or None.
     """
 
@@ -73,10 +92,10 @@ class Problem:
 
 @dataclass(frozen=True)
 class Solution:
-    """The continuation W [S, P] (the value after an action, before the answer).
+    """The continuation W [S, P]: the value after the mover's action, before the answer.
 
-    `residual` is max |TV - V|, measured in double precision; `sweeps` counts Bellman sweeps over
-    a group of columns.
+    `residual` is max |TV - V| over states and problems for the V that W implies, measured by a
+    sweep in double precision; `sweeps` is the largest number that any problem took.
     """
 
     continuation: np.ndarray
@@ -91,219 +110,272 @@ def solve(
     max_sweeps: int = 100_000,
     progress: Progress | None = None,
 ) -> Solution:
-    """Solves V = max_b Q(., b) to a Bellman residual of `tolerance`, where
-
-        Q(s, b) = reward(s) + cost(b) + gamma (m W(succ_b(s)) + (1 - m) W(s))
-        W(s)    = rho social(s) + sum_a policy(a | s) (q V(succ_a(s)) + (1 - q) V(s))
-
-    with m, q the success probabilities of mover and answerer; W = V without an answer.
+    """Solves V = TV for all columns, to a Bellman residual of `tolerance`.
 
     Args:
-        progress: called with (sweeps so far, residual, sweeps expected in all).
+        progress: called every CYCLE sweeps with (sweeps so far, residual, sweeps expected in all).
 
-    Raises NotConverged after `max_sweeps`.
+    Raises NotConverged where `max_sweeps` or rounding keep the residual above the tolerance.
     """
-    count = len(problem.goal)
-    rho = problem.answer.rho if problem.answer is not None else np.zeros(count)
-    # Hostile movers (rho < 0) settle slowest; side by side, they keep no others waiting.
-    order = np.argsort(rho, kind="stable")
-    groups = [order[i : i + GROUP] for i in range(0, count, GROUP)]
-    found = np.empty((problem.successor.shape[1], count))
-    worst, sweeps = 0.0, 0
-    for number, columns in enumerate(groups):
-        report = partial(_report, progress, sweeps, len(groups) - number)
-        part = _solve_group(problem, columns, tolerance, max_sweeps, report)
-        found[:, columns] = part.continuation
-        worst, sweeps = max(worst, part.residual), sweeps + part.sweeps
-    return Solution(found, worst, sweeps)
+    states, count = problem.successor.shape[1], len(problem.goal)
+    descent = _Descent(problem, max_sweeps, progress)
+    todo, residual = np.arange(count), np.full(count, np.inf)
+    # The values are h + drift / (1 - gamma).
+    h, drift = np.zeros((states, count), np.float32), np.zeros(count)
+    with jax.enable_x64(True):  # in this thread and block only; all types below are explicit
+        coarse = count > 2 and states * count > 100_000  # else single precision gains nothing
+        if coarse:
+            descent.run(h, drift, todo, MARGIN * tolerance)
+        h = h.astype(np.float64)
+        for attempt in range(3):
+            if attempt or not coarse:
+                descent.run(h, drift, todo, MARGIN * tolerance / 2**attempt)
+            for columns in _parts(problem, todo):
+                continuation, residual[columns] = descent.measure(h, drift, columns)
+                good = residual[columns] <= tolerance
+                h[:, columns[good]] = continuation[:, good]  # the answer takes its place
+            todo = np.flatnonzero(~(residual <= tolerance))
+            if not todo.size:
+                return Solution(h, float(residual.max()), descent.sweeps)
+    raise NotConverged(f"rounding keeps the residual at {residual.max():.2g}")
 
 
-def _report(
-    progress: Progress | None, before: int, groups: int, done: int, residual: float, expected: float
-) -> None:
-    """Passes a group's progress on, as if the groups to come took as many sweeps."""
-    if progress is not None:
-        progress(before + done, residual, before + expected * groups)
+@dataclass
+class _Descent:
+    """The iteration, and how many sweeps it took."""
+
+    problem: Problem
+    max_sweeps: int
+    progress: Progress | None
+    sweeps: int = 0
+
+    def run(self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray, target: float) -> None:
+        """Sweeps columns of h [S, P], in its precision, until max |TV - V| is about `target`.
+
+        Subtracting `drift` [P], the middle of T(h) - h over the states, makes that residual half
+        the range of T(h) - h, which contracts by gamma a sweep. A column that contracts less
+        without an extrapolation to blame is kept from it by rounding, and is left as it is.
+        """
+        gamma, count = self.problem.gamma, len(drift)
+        residual, done = np.full(count, UNKNOWN), np.ones(count, bool)
+        done[columns] = False
+        leapt, strikes, wait = np.zeros(count, bool), np.zeros(count, int), np.zeros(count, int)
+        stalls = np.zeros(count, int)
+        wait[columns] = ceil(WARM / (1 - gamma) / CYCLE)
+        while not done.all():
+            parts = _parts(self.problem, np.flatnonzero(~done))
+            groups = [_group(self.problem, part, h.dtype) for part in parts]
+            values = [_start(h[:, group.columns]) for group in groups]
+            leapt[:] = False
+            while _effort(self.problem, parts) <= _effort(
+                self.problem, _parts(self.problem, np.flatnonzero(~done))
+            ):
+                self._count(CYCLE, float(residual[~done].max()), target)
+                for i, group in enumerate(groups):
+                    c = group.columns
+                    shift = jnp.asarray(drift[c].astype(h.dtype))
+                    values[i], low, high = _cycle(
+                        values[i], jnp.asarray(leapt[c]), shift, ONE, group.moves
+                    )
+                    low, high = np.asarray(low, float), np.asarray(high, float)
+                    # Measured one sweep ago, a common change r is gamma r by now.
+                    drift[c] += gamma * (high + low) / 2
+                    size = (high - low) / 2
+                    failed = leapt[c] & (size > residual[c])
+                    strikes[c] += failed
+                    wait[c] = np.where(failed, 2 ** strikes[c], np.maximum(wait[c] - 1, 0))
+                    slow = ~leapt[c] & (size > gamma ** (CYCLE / 2) * residual[c])
+                    stalls[c] = np.where(slow, stalls[c] + 1, np.where(leapt[c], stalls[c], 0))
+                    residual[c] = size
+                    done[c] |= (size <= target) | (stalls[c] >= STALLS)
+                    leapt[c] = ~done[c] & (wait[c] == 0)
+            for part, value in zip(parts, values, strict=True):
+                h[:, part] = np.asarray(value.now)[:, : len(part)]
+
+    def measure(
+        self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The continuation of some columns [S, columns], and max |TV - V| for each."""
+        group = _group(self.problem, columns, np.dtype(np.float64))
+        value = jnp.asarray((h + drift / (1 - self.problem.gamma))[:, group.columns])
+        continuation, residual = _measure(value, ONE, group.moves)
+        n = len(columns)
+        return np.asarray(continuation)[:, :n], np.asarray(residual)[:n]
+
+    def _count(self, sweeps: int, residual: float, target: float) -> None:
+        """Reports what has been done, and makes sure that more may be."""
+        if residual < UNKNOWN and self.progress is not None:
+            rate = -log(max(self.problem.gamma, 1e-9))
+            self.progress(
+                self.sweeps, residual, self.sweeps + max(0.0, log(residual / target)) / rate
+            )
+        if self.sweeps + sweeps > self.max_sweeps:
+            raise NotConverged(f"the residual is {residual:.2g} after {self.sweeps} sweeps")
+        self.sweeps += sweeps
 
 
-class _Arrays(NamedTuple):
-    successor: Array
-    success: Array
-    reward: Array
-    cost: Array
-    goal: Array
-    gamma: Array
-    answers: Array
-    answer_success: Array
-    policy: Array
-    choice: Array
-    social: Array
-    rho: Array
+def _parts(problem: Problem, columns: np.ndarray) -> list[np.ndarray]:
+    """Cuts columns into groups: by the policy they face, unless mixed groups are less work."""
+    choice = problem.answer.choice if problem.answer else np.zeros(len(problem.goal), int)
+    columns = columns[np.argsort(choice[columns], kind="stable")]
+    cut = lambda c: [c[i : i + WIDTH] for i in range(0, len(c), WIDTH)]
+    alike = [
+        part for k in np.unique(choice[columns]) for part in cut(columns[choice[columns] == k])
+    ]
+    mixed = cut(columns)
+    return alike if _effort(problem, alike) <= _effort(problem, mixed) else mixed
 
 
-def _arrays(problem: Problem, columns: np.ndarray, dtype: Any) -> _Arrays:
-    """The arrays of a group of columns, padded to GROUP; without an answer, a trivial one."""
-    number = lambda x: jnp.asarray(np.asarray(x), dtype=dtype)
-    index = lambda x: jnp.asarray(np.asarray(x), dtype=jnp.int32)
-    full = np.resize(columns, GROUP) if len(problem.goal) > 4 else columns
-    answer = problem.answer
-    policy = answer.policy if answer else np.ones((1, 0, 1))
-    return _Arrays(
-        index(problem.successor),
-        number(problem.success),
-        number(problem.reward.T),
-        number(problem.cost),
-        index(problem.goal[full]),
-        number(problem.gamma),
-        index(answer.successor if answer else np.zeros((0, problem.successor.shape[1]))),
-        number(answer.success if answer else 1.0),
-        number(policy),
-        index(answer.choice[full] if answer else np.zeros(len(full))),
-        number(answer.social.T if answer and answer.social is not None else np.zeros((1, 1))),
-        number(answer.rho[full] if answer else np.zeros(len(full))),
+def _effort(problem: Problem, parts: list[np.ndarray]) -> int:
+    """The relative cost of a sweep over groups of columns (measured)."""
+    alike = lambda part: problem.answer is None or np.ptp(problem.answer.choice[part]) == 0
+    return sum((4 if len(part) > 2 else 2) if alike(part) else 6 for part in parts)
+
+
+class _Moves(NamedTuple):
+    """What a sweep over W columns reads, on the device. Actions that move nobody are left out."""
+
+    successor: Array  # [A, S]
+    cost: Array  # [A]
+    stay: Array  # [], the best cost of an action that moves nobody
+    success: Array  # []
+    gamma: Array  # []
+    reward: Array  # [S, W]
+    answer: tuple[Array, Array, Array, Array] | None
+    # successor [A, S]; q policy [A, S or 1, W or 1]; social [S or 1, W or 1]; rho [W]
+
+
+class _Group(NamedTuple):
+    columns: np.ndarray  # [W], the last ones repeat the first where there are too few
+    moves: _Moves
+
+
+def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
+    columns = np.resize(columns, WIDTH if len(columns) > 2 else 2)
+    real = lambda x: jnp.asarray(np.asarray(x, dtype))
+    index = lambda x: jnp.asarray(np.asarray(x, np.int32))
+    everywhere = np.arange(problem.successor.shape[1])
+    moving = lambda successor: (successor != everywhere).any(1)
+    answer, found = problem.answer, None
+    if answer is not None:
+        moves, choice = moving(answer.successor), answer.choice[columns]
+        choice = choice[:1] if np.ptp(choice) == 0 else choice
+        policy = np.asarray(answer.policy[:, moves], dtype)[choice].transpose(1, 2, 0)
+        social = np.zeros((1, 1)) if answer.social is None else answer.social[:, choice]
+        found = (
+            index(answer.successor[moves]),
+            real(answer.success * policy),
+            real(social),
+            real(answer.rho[columns]),
+        )
+    moves = moving(problem.successor)
+    return _Group(
+        columns,
+        _Moves(
+            index(problem.successor[moves]),
+            real(problem.cost[moves]),
+            real(problem.cost[~moves].max(initial=-np.inf)),
+            real(problem.success),
+            real(problem.gamma),
+            real(problem.reward[:, problem.goal[columns]]),
+            found,
+        ),
     )
 
 
-def _pick(rows: Array, choice: Array) -> Array:
-    """rows [K, S or 1] at choice [P]: [S or 1, P], without a gather."""
-    picked = rows[0][:, None]
-    for k in range(1, rows.shape[0]):
-        picked = jnp.where(choice == k, rows[k][:, None], picked)
-    return picked
+def _expectation(value: Array, moves: _Moves) -> Array:
+    """W from V: rho social + V + sum_a q policy(a) (V(next_a) - V)."""
+    if moves.answer is None:
+        return value
+    successor, policy, social, rho = moves.answer
+    w = value + rho * social
+    for a in range(len(successor)):
+        w += policy[a] * (value.at[successor[a]].get(mode="promise_in_bounds") - value)
+    return w
 
 
-def _at(values: Array, index: Array) -> Array:
-    return values.at[index].get(mode="promise_in_bounds")
+def _best(w: Array, moves: _Moves) -> Array:
+    """V from W: reward + max_b (cost(b) + gamma (m W(next_b) + (1 - m) W))."""
+    m, gamma = moves.success, moves.gamma
+    best = jnp.full_like(w, -jnp.inf)
+    for b in range(len(moves.successor)):
+        after = w.at[moves.successor[b]].get(mode="promise_in_bounds")
+        best = jnp.maximum(best, moves.cost[b] + gamma * m * after)
+    return moves.reward + jnp.maximum(best + gamma * (1 - m) * w, moves.stay + gamma * w)
 
 
-def _continuation(values: Array, x: _Arrays) -> Array:
-    """W from V."""
-    result = values + x.rho * _pick(x.social, x.choice)
-    for a in range(x.answers.shape[0]):
-        moved = _at(values, x.answers[a]) - values
-        result = result + x.answer_success * _pick(x.policy[:, a], x.choice) * moved
-    return result
+class _Values(NamedTuple):
+    """Where a group stands: h now, h STRIDE sweeps before, and how far to go on that way [W]."""
+
+    now: Array
+    before: Array
+    further: Array
 
 
-def _best(continuation: Array, x: _Arrays) -> Array:
-    """V from W: the best action's value."""
-    best = None
-    for b in range(x.successor.shape[0]):
-        moved = x.success * _at(continuation, x.successor[b]) + (1 - x.success) * continuation
-        value = x.cost[b] + x.gamma * moved
-        best = value if best is None else jnp.maximum(best, value)
-    return _pick(x.reward, x.goal) + best
+def _start(h: np.ndarray) -> _Values:
+    return _Values(jnp.asarray(h), jnp.array(h), jnp.zeros(h.shape[1], h.dtype))
 
 
-def _sweep(values: Array, x: _Arrays) -> Array:
-    # The barrier keeps XLA from computing W anew for each of the actions that read it.
-    return _best(jax.lax.optimization_barrier(_continuation(values, x)), x)
-
-
-@partial(jax.jit, static_argnames=("sweeps",), donate_argnums=0)
-def _chunk(values: Array, x: _Arrays, sweeps: int) -> tuple[Array, Array]:
-    """Some sweeps, and the largest change of the last one for each column."""
-    before = jax.lax.fori_loop(0, sweeps - 1, lambda _, v: _sweep(v, x), values)
-    after = _sweep(before, x)
-    return after, jnp.abs(after - before).max(0)
-
-
-@jax.jit
-def _extrapolate(values: Array, x: _Arrays, columns: Array) -> Array:
-    """TV + gamma / (1 - gamma) (TV - V) in the chosen columns.
-
-    Where the last sweep changed a whole closed class of states by the same amount, all later
-    sweeps would change it by gamma, gamma^2, ... of that: the sum is added at once (MacQueen
-    1966, DOI 10.1016/0022-247X(66)90060-6, for each state instead of a common bound, since
-    different closed classes drift at different rates).
-    """
-    after = _sweep(values, x)
-    further = after + x.gamma / (1 - x.gamma) * (after - values)
-    return jnp.where(columns, further, after)
+def _sweeps(h: Array, drift: Array | float, n: Array, moves: _Moves) -> Array:
+    """h after n sweeps of T - drift. That n is no constant keeps XLA from merging a last sweep
+    with what reads it, and computing it anew for each reader."""
+    return jax.lax.fori_loop(0, n, lambda _, h: _best(_expectation(h, moves), moves) - drift, h)
 
 
 @partial(jax.jit, donate_argnums=0)
-def _restore(values: Array, kept: Array, columns: Array) -> Array:
-    return jnp.where(columns, kept, values)
+def _cycle(
+    values: _Values, leap: Array, drift: Array, one: Array, moves: _Moves
+) -> tuple[_Values, Array, Array]:
+    """CYCLE sweeps, and the range of T(h) - drift - h in the last one [W].
+
+    First the values leap, in some columns, to where they seem to go: h + c (h - h'), h' the values
+    STRIDE sweeps before h, where c makes |(h - h') + c ((h - h') - (h' - h''))|^2 least in each
+    column. This is Aitken's extrapolation with one ratio for all states (reduced rank extrapolation
+    of rank 1, Sidi 1986, DOI 10.1016/0377-0427(86)90032-1). It removes what contracts slowest: once
+    the common drift is gone, that is the differences between closed classes of states, by gamma a
+    sweep. Where it comes too early, since best actions still change, the residual grows, and `run`
+    waits longer before the next.
+    """
+    c = jnp.where(leap, values.further, 0)
+    first = values.now + c * (values.now - values.before)
+    middle = _sweeps(first, drift, STRIDE * one, moves)
+    late = _sweeps(middle, drift, (STRIDE - 1) * one, moves)
+    last = _sweeps(late, drift, one, moves)
+    z, y, x = (h[:: 1 + len(h) // SAMPLE].astype(jnp.float64) for h in (first, middle, last))
+    new, change = x - y, (x - y) - (y - z)
+    c = -(new * change).sum(0) / jnp.maximum((change * change).sum(0), 1e-300)
+    low, high = (last - late).min(0), (last - late).max(0)
+    return _Values(last, middle, c.astype(last.dtype)), low, high
 
 
-_continuation_jit = jax.jit(_continuation)
+@jax.jit
+def _measure(value: Array, one: Array, moves: _Moves) -> tuple[Array, Array]:
+    """W of V [S, W], and max |TV' - V'| [W] for the V' = TV that W implies."""
+    implied = _sweeps(value, 0.0, one, moves)
+    again = _sweeps(implied, 0.0, one, moves)
+    return _expectation(value, moves), jnp.abs(again - implied).max(0)
 
 
-def _solve_group(
-    problem: Problem,
-    columns: np.ndarray,
-    tolerance: float,
-    max_sweeps: int,
-    report: Callable[[int, float, float], None],
-) -> Solution:
-    """Solves a group of columns: coarsely in single precision, then in double."""
-    width = GROUP if len(problem.goal) > 4 else len(columns)
-    values: Array = np.zeros((problem.successor.shape[1], width), dtype=np.float32)
-    sweeps, history = 0, [np.inf]
-    stages = [(np.float32, COARSE), (np.float64, tolerance)]
-    for dtype, goal in stages if tolerance < COARSE else stages[1:]:
-        with jax.enable_x64(dtype == np.float64):
-            x = _arrays(problem, columns, dtype)
-            values = jnp.asarray(np.asarray(values), dtype=dtype)
-            kept, before = values, np.full(width, np.inf)
-            wait = np.zeros(width, dtype=int)  # chunks to go before extrapolating again
-            failures = np.zeros(width, dtype=int)
-            stalled = 0
-            while True:
-                values, size = _chunk(values, x, CHUNK)
-                size = np.asarray(size, float)
-                sweeps += CHUNK
-                worse = size > before
-                if worse.any():
-                    # The extrapolation was too early: modes that had not died out were amplified.
-                    values = _restore(values, kept, jnp.asarray(worse))
-                    size = np.where(worse, before, size)
-                    failures[worse] += 1
-                    wait[worse] = 2 * failures[worse]
-                residual = float(size.max())
-                report(sweeps, residual, _expected(sweeps, residual, history, tolerance))
-                stalled = stalled + 1 if residual > 0.98 * min(history) else 0
-                history.append(residual)
-                if residual <= goal or (dtype == np.float32 and stalled >= 4):
-                    break
-                if sweeps >= max_sweeps:
-                    message = f"the residual is {residual:.2g} after {sweeps} sweeps"
-                    raise NotConverged(message)
-                chosen = (wait == 0) & (size > goal)
-                wait = np.maximum(wait - 1, 0)
-                kept, before = values, np.where(chosen, size, np.inf)
-                values = _extrapolate(values, x, jnp.asarray(chosen))
-                sweeps += 1
-            if dtype == np.float64:
-                found = np.asarray(_continuation_jit(values, x))
-                return Solution(found[:, : len(columns)], residual, sweeps)
-    raise AssertionError("the second stage returns")
-
-
-def _expected(sweeps: int, residual: float, history: list[float], tolerance: float) -> float:
-    """Sweeps in all, if the residual goes on falling as it did."""
-    old = history[len(history) // 2]
-    chunks = len(history) - len(history) // 2
-    if not np.isfinite(old) or residual >= old or residual <= 0:
-        return 2.0 * sweeps
-    rate = np.log(old / residual) / (chunks * CHUNK)
-    return sweeps + max(0.0, np.log(residual / tolerance) / rate)
+def q_values(problem: Problem, continuation: np.ndarray, column: int) -> np.ndarray:
+    """Q [A, S] of one problem, from the continuations [S, P]."""
+    w, m = np.ascontiguousarray(continuation[:, column]), problem.success
+    reward = problem.reward[:, problem.goal[column]]
+    q = np.empty(problem.successor.shape)
+    for b, successor in enumerate(problem.successor):
+        q[b] = reward + problem.cost[b] + problem.gamma * (m * w[successor] + (1 - m) * w)
+    return q
 
 
 def boltzmann(problem: Problem, continuation: np.ndarray, beta: float) -> np.ndarray:
-    """The softmax policies of all problems: policy(a | s) ~ exp(beta Q(s, a)), [P, A, S]."""
-    m, actions = problem.success, problem.successor.shape[0]
-    values = np.empty((len(problem.goal), actions, problem.successor.shape[1]))
-    for b in range(actions):
-        after = m * continuation[problem.successor[b]] + (1 - m) * continuation
-        values[:, b] = (beta * (problem.cost[b] + problem.gamma * after)).T
-    values -= values.max(axis=1, keepdims=True)
-    np.exp(values, out=values)
-    values /= values.sum(axis=1, keepdims=True)
-    return values
+    """The softmax policies, policy(a | s) ~ exp(beta Q(s, a)): [P, A, S], as in `Answer`."""
+    policy = np.empty((len(problem.goal), *problem.successor.shape))
+    for column, p in enumerate(policy):
+        q = q_values(problem, continuation, column)
+        np.exp(beta * (q - q.max(0)), out=p)
+        p /= p.sum(0)
+    return policy
 
 
 def expected_reward(policy: np.ndarray, reward: np.ndarray, cost: np.ndarray) -> np.ndarray:
-    """sum_a policy(a | s) (reward(s) + cost(a)): [S, K] from [K, A, S], [S, K] and [A]."""
+    """sum_a policy(a | s) (reward(s) + cost(a)): [S, K], from [K, A, S or 1], [S, K] and [A]."""
     return reward + np.einsum("kas,a->sk", policy, cost)

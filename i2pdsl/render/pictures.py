@@ -40,7 +40,8 @@ class Pictures:
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
-        self.title = title or str(script.record.story.get("name") or script.world.name)
+        name = title or str(script.record.story.get("name") or script.world.name)
+        self.title = "".join(c if c.isprintable() else " " for c in name)  # all that an SVG holds
 
     @cached_property
     def film(self) -> Any:
@@ -78,8 +79,15 @@ class Pictures:
             (n, ask(f"P({rationality_of(n)} | script[:t])", assume="nothing")) for n in names
         ]
         found.append(Panel("rationality", "probability", _series(rational)))
-        values = [(n, ask(f"E[V({n}) | script[:t]]")) for n in names]
-        found.append(Panel("expected value", "value", _series(values), "value"))
+        hypotheses = self.script.world.vocabulary.hypotheses
+        assumed = [
+            row for row, holds in zip(hypotheses, self.script.assumption, strict=True) if holds
+        ]
+        # Who is irrational by the story's assumption has no value.
+        minded = [n for n in names if any(row[rationality_of(n)] for row in assumed)]
+        values = [(n, ask(f"E[V({n}) | script[:t]]")) for n in minded]
+        if values:
+            found.append(Panel("expected value", "value", _series(values), "value"))
         return tuple(found)
 
     @property

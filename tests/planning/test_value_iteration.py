@@ -1,0 +1,204 @@
+"""Value iteration against loops over states, and its promises."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from i2pdsl.planning.value_iteration import (
+    Answer,
+    NotConverged,
+    Problem,
+    boltzmann,
+    expected_reward,
+    solve,
+)
+
+
+def random_problem(
+    seed: int, gamma: float = 0.9, answered: bool = True, states: int = 40, problems: int = 5
+) -> Problem:
+    """Random moves, rewards and answers; some actions are blocked, as on a map."""
+    rng = np.random.default_rng(seed)
+
+    def successors() -> np.ndarray:
+        table = rng.integers(0, states, (5, states))
+        table[rng.random((5, states)) < 0.3] = 0
+        table = np.where(table == 0, np.arange(states), table)
+        table[4] = np.arange(states)
+        return table.astype(np.int32)
+
+    answer = None
+    if answered:
+        policy = rng.dirichlet(np.ones(5), (3, states)).transpose(0, 2, 1)
+        choice = rng.integers(0, 3, problems)
+        social = rng.normal(size=(states, 3))
+        answer = Answer(successors(), 0.6, policy, choice, social, rng.normal(size=problems) * 3)
+    cost = np.array([-1.0, -1.0, -1.0, -1.0, -0.1])
+    goal = rng.integers(0, 2, problems)
+    return Problem(successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, answer)
+
+
+def continuation_of(problem: Problem, values: list[float], p: int) -> list[float]:
+    """W(s) of one problem, by loops."""
+    answer = problem.answer
+    if answer is None:
+        return values
+    k, q = answer.choice[p], answer.success
+    found = []
+    for s in range(len(values)):
+        total = answer.rho[p] * answer.social[s, k] if answer.social is not None else 0.0
+        for a in range(5):
+            after = q * values[answer.successor[a, s]] + (1 - q) * values[s]
+            total += answer.policy[k, a, s if answer.policy.shape[2] > 1 else 0] * after
+        found.append(total)
+    return found
+
+
+def backup(problem: Problem, w: list[float], p: int) -> list[float]:
+    """V(s) = max_b Q(s, b) from W, by loops."""
+    m, best = problem.success, []
+    for s in range(len(w)):
+        options = [
+            problem.cost[b] + problem.gamma * (m * w[problem.successor[b, s]] + (1 - m) * w[s])
+            for b in range(5)
+        ]
+        best.append(problem.reward[s, problem.goal[p]] + max(options))
+    return best
+
+
+def by_loops(problem: Problem, p: int) -> list[float]:
+    """The continuation of one problem, iterated until nothing changes."""
+    values = [0.0] * problem.successor.shape[1]
+    for _ in range(3000):
+        again = backup(problem, continuation_of(problem, values, p), p)
+        change = max(abs(x - y) for x, y in zip(again, values, strict=True))
+        values = again
+        if change < 1e-13:
+            break
+    return continuation_of(problem, values, p)
+
+
+@pytest.mark.parametrize("answered", [True, False])
+@pytest.mark.parametrize("gamma", [0.0, 0.5, 0.9])
+def test_agrees_with_loops(gamma: float, answered: bool) -> None:
+    problem = random_problem(1, gamma, answered, states=25, problems=3)
+    found = solve(problem, tolerance=1e-9)
+    for p in range(3):
+        np.testing.assert_allclose(found.continuation[:, p], by_loops(problem, p), atol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-8])
+@pytest.mark.parametrize("gamma", [0.9, 0.99])
+def test_the_residual_is_true_and_within_the_tolerance(gamma: float, tolerance: float) -> None:
+    problem = random_problem(2, gamma, states=60, problems=4)
+    found = solve(problem, tolerance=tolerance)
+    worst = 0.0
+    for p in range(4):
+        values = backup(problem, found.continuation[:, p].tolist(), p)
+        again = backup(problem, continuation_of(problem, values, p), p)
+        worst = max(worst, *(abs(x - y) for x, y in zip(again, values, strict=True)))
+    assert found.residual <= tolerance
+    assert worst == pytest.approx(found.residual, rel=0.05, abs=1e-12)
+
+
+def test_problems_do_not_depend_on_their_neighbours() -> None:
+    problem = random_problem(3, states=50, problems=20)
+    together = solve(problem, tolerance=1e-9).continuation
+    assert problem.answer is not None
+    for p in (0, 7, 19):
+        answer = Answer(
+            problem.answer.successor,
+            problem.answer.success,
+            problem.answer.policy,
+            problem.answer.choice[[p]],
+            problem.answer.social,
+            problem.answer.rho[[p]],
+        )
+        alone = Problem(
+            problem.successor,
+            problem.success,
+            problem.reward,
+            problem.cost,
+            problem.goal[[p]],
+            problem.gamma,
+            answer,
+        )
+        found = solve(alone, tolerance=1e-9).continuation[:, 0]
+        np.testing.assert_allclose(found, together[:, p], atol=1e-7)
+
+
+def test_parts_that_never_meet_drift_at_their_own_rates() -> None:
+    """Two closed classes with different gains: extrapolating one must not spoil the other."""
+    states = 20
+    ring = np.tile(np.arange(states, dtype=np.int32), (5, 1))
+    half = states // 2
+    ring[0] = np.concatenate([np.roll(np.arange(half), -1), half + np.roll(np.arange(half), -1)])
+    reward = np.zeros((states, 1))
+    reward[3], reward[half + 5] = 5.0, -7.0
+    cost = np.array([-0.2, -1.0, -1.0, -1.0, -0.3])
+    problem = Problem(ring, 0.8, reward, cost, np.zeros(3, int), 0.99)
+    found = solve(problem, tolerance=1e-8)
+    np.testing.assert_allclose(found.continuation[:, 0], by_loops(problem, 0), atol=1e-5)
+
+
+def test_a_policy_that_ignores_the_state_can_be_given_once() -> None:
+    problem = random_problem(4, states=30, problems=3)
+    assert problem.answer is not None
+    constant = np.full((3, 5, 1), 0.2)
+    full = np.broadcast_to(constant, (3, 5, 30)).copy()
+    found = []
+    for policy in (constant, full):
+        a = problem.answer
+        answer = Answer(a.successor, a.success, policy, a.choice, a.social, a.rho)
+        changed = Problem(
+            problem.successor,
+            problem.success,
+            problem.reward,
+            problem.cost,
+            problem.goal,
+            problem.gamma,
+            answer,
+        )
+        found.append(solve(changed, tolerance=1e-9).continuation)
+    np.testing.assert_allclose(found[0], found[1], atol=1e-8)
+
+
+def test_too_few_sweeps_are_said() -> None:
+    with pytest.raises(NotConverged, match="residual"):
+        solve(random_problem(5, gamma=0.99), tolerance=1e-6, max_sweeps=30)
+
+
+def test_progress_is_reported_and_can_interrupt() -> None:
+    reports: list[tuple[int, float, float | None]] = []
+    solve(random_problem(6), tolerance=1e-8, progress=lambda *args: reports.append(args))
+    assert [sweep for sweep, _, _ in reports] == sorted(sweep for sweep, _, _ in reports)
+    assert len(reports) > 2
+    assert reports[-1][1] < reports[1][1]
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        solve(random_problem(6), progress=interrupt)
+
+
+def test_policies_are_softmax_of_q() -> None:
+    problem = random_problem(7, states=12, problems=2)
+    w = solve(problem, tolerance=1e-9).continuation
+    policy = boltzmann(problem, w, beta=2.0)
+    assert policy.shape == (2, 5, 12)
+    np.testing.assert_allclose(policy.sum(1), 1.0)
+    m = problem.success
+    for p in range(2):
+        for s in range(12):
+            q = [
+                problem.cost[b]
+                + problem.gamma * (m * w[problem.successor[b, s], p] + (1 - m) * w[s, p])
+                for b in range(5)
+            ]
+            weights = np.exp(2.0 * (np.array(q) - max(q)))
+            np.testing.assert_allclose(policy[p, :, s], weights / weights.sum(), atol=1e-12)
+    reward = np.arange(24.0).reshape(12, 2)
+    expected = expected_reward(policy, reward, problem.cost)
+    assert expected[3, 1] == pytest.approx(reward[3, 1] + policy[1, :, 3] @ problem.cost)

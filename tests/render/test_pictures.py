@@ -1,0 +1,225 @@
+"""All pictures of a script: what they show is what the audience believes."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from i2pdsl.errors import Source
+from i2pdsl.pipeline import Script, script_from
+from i2pdsl.render.pictures import UNSURE, Pictures, stage_of
+from i2pdsl.search.script import parse_record
+from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
+
+WORLD = kitchen_text(SMALL_MAP, gamma="0.9")
+LONER = """map
+    A..B
+tile left
+    symbol = A
+tile right
+    symbol = B
+character fox
+    goals = {left, right}
+planning
+    gamma = 0.9
+"""
+
+
+def loaded(content: dict[str, Any]) -> Script:
+    return script_from(parse_record(Source("script.json", json.dumps(content))), None)
+
+
+@cache
+def small_script(seed: int = 1, length: int = 6, events: float = 0.3) -> Script:
+    """A script of random turns and, perhaps, an event."""
+    content = small_kitchen().document(small_kitchen().random_script(Random(seed), length, events))
+    content["world"] = {"name": "small", "source": WORLD}
+    content["story"] = {"name": "small <story> & more"}
+    return loaded(content)
+
+
+@cache
+def with_event() -> Script:
+    scripts = (small_script(seed) for seed in range(30))
+    return next(s for s in scripts if any(f["event"] for f in s.record.frames))
+
+
+@cache
+def loner() -> Script:
+    """A world with one character and nothing else."""
+    act = {"action": "east", "moved": True}
+    frames = [{"fox": act, "event": None, "state": {"fox": [c, 0]}} for c in (1, 2, 3)]
+    content = {
+        "format": "i2p-script",
+        "version": 1,
+        "world": {"name": "lane", "source": LONER},
+        "start": {"fox": [0, 0]},
+        "frames": frames,
+    }
+    return loaded(content)
+
+
+def test_the_panels_are_the_audience_s_beliefs() -> None:
+    script = small_script()
+    panels = {p.title: p for p in Pictures(script).panels}
+    assert list(panels) == [
+        "cheese's goal", "robot's goal", "robot's alignment", "rationality", "expected value",
+    ]  # fmt: skip
+    alignment = {s.label: s.values for s in panels["robot's alignment"].series}
+    np.testing.assert_array_equal(alignment["helping"], script.query("P(rho > 0 | script[:t])"))
+    np.testing.assert_allclose(sum(alignment.values()), 1)
+    goals = {s.label: s.values for s in panels["robot's goal"].series}
+    np.testing.assert_allclose(goals["none"], script.query("P(G_robot = none | script[:t])"))
+    rational = {s.label: s.values for s in panels["rationality"].series}
+    expected = script.query("P(R_cheese | script[:t])", assume="nothing")
+    np.testing.assert_array_equal(rational["cheese"], expected)
+    assert panels["expected value"].kind == "value"
+    colors = [s.color for s in panels["robot's goal"].series]
+    assert len(set(colors)) == len(colors)
+
+
+def test_one_character_alone_has_pictures_too(tmp_path: Path) -> None:
+    pictures = Pictures(loner())
+    assert [p.title for p in pictures.panels] == ["fox's goal", "rationality", "expected value"]
+    assert pictures.meters()[0][0] == "left"
+    assert pictures.captions([3])[0].startswith("fox wants right")
+    assert pictures.title == "lane"
+    files = pictures.save(tmp_path, ("svg", "html", "gif"))
+    assert set(files) == {"comic.svg", "mind.svg", "html", "gif"}
+
+
+@pytest.mark.parametrize(
+    ("assumption", "characters"),
+    [
+        ("not R_robot", ["cheese"]),
+        ("not R_cheese", ["robot"]),
+        ("not R_robot and not R_cheese", []),
+        ("nothing", ["cheese", "robot"]),
+        ("rho < 0 and G_robot = none", ["cheese", "robot"]),
+    ],
+)
+def test_any_assumption_can_be_drawn(
+    assumption: str, characters: list[str], tmp_path: Path
+) -> None:
+    """An irrational character has no value to draw."""
+    content = small_script().record.as_json()
+    content["story"] = {"source": f"world small\nlength 6\nassume {assumption}\nsearch naive\n"}
+    script = loaded(content)
+    assert script.warnings == ()
+    pictures = Pictures(script)
+    values = [p for p in pictures.panels if p.kind == "value"]
+    assert [s.label for p in values for s in p.series] == characters
+    pictures.save(tmp_path, ("svg",))
+
+
+def test_captions_say_what_is_believed_most() -> None:
+    pictures = Pictures(small_script())
+    script = pictures.script
+    lines = pictures.captions(list(range(script.length + 1)))
+    kinds = {"hindering": "<", "indifferent": "=", "helping": ">"}
+    for t, line in enumerate(lines):
+        beliefs = {k: float(script.query(f"P(rho {o} 0 | script[:{t}])")) for k, o in kinds.items()}
+        second, first = sorted(beliefs.values())[-2:]
+        if first - second < UNSURE:
+            assert line == "robot: hard to tell"
+            continue
+        best = max(beliefs, key=lambda k: beliefs[k])
+        assert line.startswith(f"robot is {best} (")
+        shown = line.partition("(")[2].partition(" %")[0]
+        if shown.startswith("> "):
+            assert beliefs[best] >= 0.99
+        else:
+            assert abs(float(shown) - 100 * beliefs[best]) <= 0.5
+
+
+def test_events_are_marked() -> None:
+    pictures = Pictures(with_event())
+    times = [t for t, f in enumerate(with_event().record.frames, 1) if f["event"]]
+    assert [(m.frame, m.label) for m in pictures.marks] == [(t, "the table falls") for t in times]
+
+
+def test_the_stage_has_the_whole_cast() -> None:
+    stage = stage_of(small_script().world.spec)
+    assert [a.name for a in stage.cast] == ["cheese", "robot", "table"]
+    assert {t.name for t in stage.tiles} == {"pink", "green"}
+    assert stage.rows == SMALL_MAP
+
+
+@pytest.mark.parametrize("make", [with_event, loner, lambda: small_script(3, 1, 0.0)])
+def test_every_format_is_written_whole(make: Any, tmp_path: Path) -> None:
+    pictures = Pictures(make())
+    steps: list[tuple[str, int, int]] = []
+    kinds = ("mp4", "gif", "png", "svg", "html")
+    found = pictures.save(
+        tmp_path / "a" / "b", kinds, lambda name, done, total: steps.append((name, done, total))
+    )
+    names = {"comic.png", "mind.png", "comic.svg", "mind.svg", "page.html", "film.gif", "film.mp4"}
+    assert {p.name for p in found.values()} == names
+    assert {p.name for p in (tmp_path / "a" / "b").iterdir()} == names
+    assert list(found)[-2:] == ["gif", "mp4"]  # those that take longest come last
+    for kind in ("comic.png", "mind.png", "gif"):
+        with Image.open(found[kind]) as image:
+            image.load()
+            assert image.width > 100
+    for kind in ("comic.svg", "mind.svg"):
+        assert ET.parse(found[kind]).getroot().tag.endswith("svg")
+    assert found["mp4"].read_bytes()[4:8] == b"ftyp"
+    assert {name for name, _, _ in steps} == {"film.gif", "film.mp4"}
+    for name in ("film.gif", "film.mp4"):
+        done = [d for n, d, _ in steps if n == name]
+        assert done == sorted(done)
+        assert done[-1] == next(t for n, _, t in steps if n == name)
+
+
+def test_the_same_script_gives_the_same_bytes(tmp_path: Path) -> None:
+    kinds = ("png", "svg", "html")
+    first = Pictures(small_script()).save(tmp_path / "1", kinds)
+    second = Pictures(small_script()).save(tmp_path / "2", kinds)
+    for name, path in first.items():
+        assert path.read_bytes() == second[name].read_bytes(), name
+
+
+@pytest.mark.parametrize(
+    "title", ["", "<b>&amp;</b>", "ein Märchen 🧀", "a\x00b\x1f", "x" * 3000, "$x_1$", "</script>"]
+)
+def test_any_title(title: str, tmp_path: Path) -> None:
+    kinds = ("svg", "html", "png") if "\x00" in title else ("svg", "html")
+    found = Pictures(small_script(2, 2), title).save(tmp_path, kinds)
+    for kind in ("comic.svg", "mind.svg"):
+        ET.parse(found[kind])
+    page = found["html"].read_text(encoding="utf-8")
+    assert page.count("</script>") == page.count("<script")
+
+
+def test_nothing_is_drawn_where_nothing_is_asked(tmp_path: Path) -> None:
+    assert Pictures(small_script()).save(tmp_path / "none", ()) == {}
+
+
+def test_pictures_come_one_by_one(tmp_path: Path) -> None:
+    """What is done is there, whatever becomes of the rest."""
+    drawing = Pictures(small_script()).drawn(tmp_path, ("svg", "gif"))
+    name, path = next(drawing)
+    assert name == "comic.svg"
+    assert path.is_file()
+    assert [p.name for p in tmp_path.iterdir()] == ["comic.svg"]
+    drawing.close()
+    assert [p.name for p in tmp_path.iterdir()] == ["comic.svg"]
+
+
+def test_an_interrupted_film_leaves_nothing(tmp_path: Path) -> None:
+    def stop(name: str, done: int, total: int) -> None:
+        if done > 2:
+            raise KeyboardInterrupt
+
+    for kind in ("gif", "mp4"):
+        with pytest.raises(KeyboardInterrupt):
+            Pictures(small_script()).save(tmp_path, (kind,), stop)
+    assert list(tmp_path.iterdir()) == []
