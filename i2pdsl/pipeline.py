@@ -44,7 +44,7 @@ from i2pdsl.worlds.find import find_spec, find_vocabulary
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.grid.world import GridWorld, Viewer, build_world
+from i2pdsl.worlds.grid.world import GridWorld, Viewer, build_world, unplanned_world
 
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 
@@ -153,8 +153,11 @@ class Story:
         >>> result = load("stories/kitchen/help.story").solve(seed=0)
         >>> result.script, result.score
 
-        Raises StoryError where no state fulfils the `start`, or the world is too large.
+        Raises StoryError where no state fulfils the `start`, or the world is too large;
+        ValueError for a negative seed or no candidates.
         """
+        if seed < 0 or candidates < 1:
+            raise ValueError("a seed is at least 0, and there is at least one candidate")
         watch = watch or Watch()
         world = self.world(watch)
         allowed = world.starts(self.typed.start)
@@ -187,7 +190,9 @@ class Story:
         objective = story_objective(self.typed, world)
         starts = draw_starts(allowed, plan.starts, seed)
         began = time.perf_counter()
-        found = beam_search(world, objective, length, starts, plan.width, events, watch.searching)
+        found = beam_search(
+            world, objective, length, starts, plan.width, events, watch.searching, watch.say
+        )
         watch.add("search", began)
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds
@@ -422,8 +427,8 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
         if story
         else (Viewer(spec),)
     )
+    path = read_path(unplanned_world(spec), record)  # before planning, which may take long
     world = ready_world(spec, viewers, watch)
-    path = read_path(world, record)
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)

@@ -62,6 +62,7 @@ def beam_search(
     width: int,
     events: tuple[int, ...],
     report: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Found:
     """Searches from every start. Ctrl-C ends it early with what was found.
 
@@ -70,6 +71,7 @@ def beam_search(
         width: scripts kept for each start.
         events: the allowed events, as numbers of `world.moves.events`.
         report: called with (starts done, all starts).
+        say: is told of damaged caches.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found.
     """
@@ -79,7 +81,7 @@ def beam_search(
     tables = single_precision(world)
     began = time.perf_counter()
     params = prepared(world, objective, tables)
-    run = _compiled(world, objective, length, width, events, block, tables, params)
+    run = _compiled(world, objective, length, width, events, block, tables, params, say)
     compile_seconds = time.perf_counter() - began
     found: list[tuple[np.ndarray, np.ndarray]] = []
     done = 0
@@ -149,6 +151,7 @@ def _compiled(
     block: int,
     tables: Any,
     params: Params,
+    say: Callable[[str], None] | None,
 ) -> Callable[[Any, Params, np.ndarray], tuple[Array, Array]]:
     """The compiled search for a block: one for each shape of story and world."""
     leaves, structure = jax.tree.flatten((tables, params, np.zeros(block, np.int32)))
@@ -162,7 +165,7 @@ def _compiled(
                 world, objective, length, width, events, *jax.tree.unflatten(structure, flat)
             )
 
-        _programs[key] = compiled_program(repr(key), search, leaves)
+        _programs[key] = compiled_program(repr(key), search, leaves, say)
     program = _programs[key]
     return lambda *arguments: program(*jax.tree.leaves(arguments))
 

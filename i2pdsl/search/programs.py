@@ -7,7 +7,6 @@ cache of compiled code. Both may be deleted, damaged or shared at any time.
 from __future__ import annotations
 
 import hashlib
-import logging
 import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -27,26 +26,37 @@ _SOURCES = ("audience", "objective", "search", "worlds")
 
 
 def compiled_program(
-    description: str, function: Callable[..., Any], arguments: Sequence[Array]
+    description: str,
+    function: Callable[..., Any],
+    arguments: Sequence[Array],
+    say: Callable[[str], None] | None = None,
 ) -> Callable[..., Any]:
     """`function` compiled for arrays like `arguments`, from the cache if it was compiled before.
 
     Args:
         description: names everything that the program depends on besides the arrays' shapes.
         function: of flat arrays; traced only where the cache does not have it.
+        say: is told of damaged entries, which are made again.
     """
+    say = say or (lambda message: None)
     _enable_compilation_cache()
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arguments]
     digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
     path = _program_path(digest)
-    exported = _load(path)
+    exported = _load(path, say)
     if exported is None:
         exported = jax.export.export(jax.jit(function))(*shapes)
-        _store(path, exported)
-    # Warnings of XLA's cache (a damaged or unwritable entry) do not concern the storyteller.
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return jax.jit(exported.call).lower(*shapes).compile()
+        _store(path, exported, say)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        compiled = jax.jit(exported.call).lower(*shapes).compile()
+    if any("compilation cache" in str(w.message) for w in caught):
+        # JAX never overwrites an entry that it cannot read, so all are made anew.
+        say("the cache of compiled programs is damaged; it is made again")
+        folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
+        for entry in Path(folder).glob("*-cache"):
+            entry.unlink(missing_ok=True)
+    return compiled
 
 
 @cache
@@ -67,7 +77,7 @@ def _program_path(digest: str) -> Path | None:
         return None
 
 
-def _load(path: Path | None) -> jax.export.Exported | None:
+def _load(path: Path | None, say: Callable[[str], None]) -> jax.export.Exported | None:
     if path is None:
         return None
     try:
@@ -79,11 +89,11 @@ def _load(path: Path | None) -> jax.export.Exported | None:
     except FileNotFoundError:
         return None
     except Exception as problem:  # whatever a damaged file makes the reader raise
-        logging.getLogger(__name__).info("the cached program %s is damaged: %s", path, problem)
+        say(f"the cached program {path.name} is damaged ({problem}); it is made again")
         return None
 
 
-def _store(path: Path | None, exported: jax.export.Exported) -> None:
+def _store(path: Path | None, exported: jax.export.Exported, say: Callable[[str], None]) -> None:
     if path is None:
         return
     program = bytes(exported.serialize())
@@ -91,7 +101,7 @@ def _store(path: Path | None, exported: jax.export.Exported) -> None:
         with atomic_path(path) as temporary:
             temporary.write_bytes(hashlib.sha256(program).digest() + program)
     except OSError as problem:
-        logging.getLogger(__name__).info("the program could not be cached: %s", problem)
+        say(f"the compiled program could not be cached: {problem}")
 
 
 def _enable_compilation_cache() -> None:

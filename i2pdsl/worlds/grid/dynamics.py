@@ -7,6 +7,7 @@ no two on one cell; an absent thing has the cell number `absent` = number of fre
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,7 @@ class Dynamics:
         return len(self.coordinates)
 
 
+@lru_cache(maxsize=4)
 def build_dynamics(spec: GridSpec) -> Dynamics:
     """Enumerates the states of a world and all moves."""
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)

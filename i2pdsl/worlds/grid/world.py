@@ -13,7 +13,15 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
-from i2pdsl.worlds.grid.planning import Plan, Report, costs, load_or_plan, on_goal, problem_of
+from i2pdsl.worlds.grid.planning import (
+    Plan,
+    Report,
+    check_memory,
+    costs,
+    load_or_plan,
+    on_goal,
+    problem_of,
+)
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
@@ -170,8 +178,6 @@ def build_world(
 
     Raises StoryError where the world is too large.
     """
-    from i2pdsl.worlds.grid.planning import check_memory
-
     check_memory(spec)
     viewers = viewers or (Viewer(spec),)
     dynamics = build_dynamics(spec)
@@ -182,6 +188,18 @@ def build_world(
                 viewer.spec, lambda: dynamics, report, say
             )
     return assemble(spec, dynamics, viewers, [plans[v.spec.planning_key] for v in viewers])
+
+
+def unplanned_world(spec: GridSpec) -> GridWorld:
+    """A world that knows its moves but not what anyone expects: enough to check a script.
+
+    Raises StoryError where the world is too large.
+    """
+    check_memory(spec)
+    keys: tuple[tuple[Any, ...], ...] = ((),) * len(spec.characters)
+    dynamics = build_dynamics(spec)
+    nothing = (np.zeros((dynamics.state_count, 0)),) * len(spec.characters)
+    return assemble(spec, dynamics, (), [Plan(keys, nothing, 0.0)])
 
 
 def assemble(
