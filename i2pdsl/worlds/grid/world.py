@@ -20,6 +20,7 @@ from i2pdsl.worlds.grid.planning import (
     costs,
     load_or_plan,
     on_goal,
+    problem_keys,
     problem_of,
 )
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -196,10 +197,12 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
     Raises StoryError where the world is too large.
     """
     check_memory(spec)
-    keys: tuple[tuple[Any, ...], ...] = ((),) * len(spec.characters)
+    keys = problem_keys(spec)
     dynamics = build_dynamics(spec)
-    nothing = (np.zeros((dynamics.state_count, 0)),) * len(spec.characters)
-    return assemble(spec, dynamics, (), [Plan(keys, nothing, 0.0)])
+    nothing = tuple(
+        np.broadcast_to(np.zeros(()), (dynamics.state_count, len(problems))) for problems in keys
+    )
+    return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0)])
 
 
 def assemble(
