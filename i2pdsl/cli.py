@@ -12,6 +12,7 @@ import math
 import os
 import sys
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -313,6 +314,15 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
     return story_from(source, folder)
 
 
+def prefetch(formats: tuple[str, ...]) -> None:
+    """Imports what the plots need while the search computes: it takes as long as the search."""
+    if {"png", "svg"} & set(formats):
+        from threading import Thread
+
+        work = "matplotlib.backends.backend_agg"
+        Thread(target=lambda: import_module(work), daemon=True).start()
+
+
 def make(
     story: Story,
     seed: int,
@@ -329,6 +339,7 @@ def make(
 
     from i2pdsl.progress import Bars
 
+    prefetch(formats)
     with Bars() as bars:
         found = story.solve(seed, candidates, naive, bars.watch)
     finished = found.finished

@@ -714,7 +714,7 @@ def test_interrupted_while_searching(
             if len(seen) == 2:
                 raise KeyboardInterrupt
 
-        return original(*arguments[:-1], report)
+        return original(*arguments[:-2], report)
 
     monkeypatch.setattr(beam, "beam_search", search)
     done = i2p("run", "help.story", "--seeds", "0-3", "--json", "--format", "svg")

@@ -166,7 +166,7 @@ class Pictures:
             if kind in formats:
                 path = folder / f"comic.{kind}"
                 if kind == "png":
-                    save_png(path, comic, zoom=1.5)
+                    save_png(path, comic, zoom=1.25)
                 else:
                     save_svg(path, comic)
                 yield path.name, path
