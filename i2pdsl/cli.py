@@ -498,10 +498,11 @@ def story_files(path: str) -> list[Path]:
 @click.argument("paths", nargs=-1, required=True, type=click.Path(allow_dash=True))
 @click.option("--check", "only_check", is_flag=True, help="Change nothing; status 1 if it would.")
 def fmt(paths: tuple[str, ...], only_check: bool) -> int:
-    """Format stories in place ('-': from standard input to standard output)."""
+    """Format stories and worlds in place ('-': from standard input to standard output)."""
     from i2pdsl.language.format import format_source
     from i2pdsl.language.statements import decode, read_source
     from i2pdsl.resources import write_text
+    from i2pdsl.worlds.grid.blocks import format_world
 
     status = DONE
     for path in paths:
@@ -510,10 +511,8 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
             click.echo(format_source(source), nl=False)
             continue
         for file in story_files(path):
-            if file.suffix == ".world":
-                continue
-            source = read_source(file)
-            text = format_source(source)
+            form = format_world if file.suffix == ".world" else format_source
+            text = form(read_source(file))
             if file.read_bytes() == text.encode():
                 continue
             click.echo(str(file))

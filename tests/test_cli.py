@@ -847,3 +847,13 @@ def test_completion_in_bash(place: Path) -> None:
     assert "_i2p_completion" in done.stdout
     for shell in ("zsh", "fish"):
         assert "i2p" in process("completion", shell).out
+
+
+def test_fmt_formats_worlds_too(place: Path, i2p: Run) -> None:
+    text = "map\n  ..\n  ..\ncharacter a\n  goals={none}\n\n\n\nrewards\n  goal=1\n"
+    Path("odd.world").write_text(text, encoding="utf-8")
+    done = i2p("fmt", "odd.world")
+    assert (done.status, done.out) == (0, "odd.world\n")
+    assert "    goals = {none}\n\nrewards\n    goal = 1\n" in Path("odd.world").read_text()
+    assert i2p("fmt", "--check", "odd.world").status == 0
+    assert i2p("check", "odd.world").status == 0
