@@ -13,7 +13,7 @@ with m, q the success probabilities of mover and answerer; W = V where nobody an
 What makes it quick, apart from reading a successor's values for 16 problems as one contiguous
 row: a drift common to all states is not iterated but subtracted (White 1963, MacQueen 1966,
 DOI 10.1016/0022-247X(66)90060-6), so that values stay small enough for single precision; what
-then decays slowly is extrapolated (`_extrapolate`); problems that have converged leave. Double
+then decays slowly is extrapolated (`_cycle`); problems that have converged leave. Double
 precision finishes, and measures the residual that is reported.
 """
 
@@ -33,14 +33,13 @@ Array = Any
 Progress = Callable[[int, float, float], None]
 
 WIDTH = 16  # problems in a group: a row of single precision is one cache line
-STRIDE = 5  # sweeps between snapshots
+STRIDE = 5  # sweeps between the three values that an extrapolation looks at
 CYCLE = 2 * STRIDE
-WARM = 1.4  # sweeps before the first extrapolation, times 1 - gamma: first, actions settle
+WARM = 0.7  # cycles run for WARM / (1 - gamma) sweeps before the first extrapolation
+STALLS = 4  # cycles without contraction, before rounding is blamed
+MARGIN = 0.8  # the sweeps end at this part of the tolerance, as single precision is not exact
 SAMPLE = 16_384  # states that weigh in an extrapolation
 ONE = np.int32(1)
-UNKNOWN = 1e300  # a residual before the first sweep
-STALLS = 4  # cycles without contraction, after which rounding is to blame
-MARGIN = 0.8  # how far below the tolerance the sweeps go
 
 
 class NotConverged(Exception):
@@ -118,110 +117,111 @@ def solve(
     Raises NotConverged where `max_sweeps` or rounding keep the residual above the tolerance.
     """
     states, count = problem.successor.shape[1], len(problem.goal)
-    descent = _Descent(problem, max_sweeps, progress)
+    run = _Run(problem, max_sweeps, progress)
     todo, residual = np.arange(count), np.full(count, np.inf)
-    # The values are h + drift / (1 - gamma).
+    # The values are h + drift / (1 - gamma); see _Run.
     h, drift = np.zeros((states, count), np.float32), np.zeros(count)
     with jax.enable_x64(True):  # in this thread and block only; all types below are explicit
         coarse = count > 2 and states * count > 100_000  # else single precision gains nothing
         if coarse:
-            descent.run(h, drift, todo, MARGIN * tolerance)
+            run.sweep(h, drift, todo, MARGIN * tolerance)
         h = h.astype(np.float64)
         for attempt in range(3):
             if attempt or not coarse:
-                descent.run(h, drift, todo, MARGIN * tolerance / 2**attempt)
-            for columns in _parts(problem, todo):
-                continuation, residual[columns] = descent.measure(h, drift, columns)
-                good = residual[columns] <= tolerance
-                h[:, columns[good]] = continuation[:, good]  # the answer takes its place
+                run.sweep(h, drift, todo, MARGIN * tolerance / 2**attempt)
+            for part in _parts(problem, todo):
+                values = h[:, part] + drift[part] / (1 - problem.gamma)
+                continuation, residual[part] = _measured(problem, values, part)
+                good = residual[part] <= tolerance
+                h[:, part[good]] = continuation[:, good]  # the answer takes its place
             todo = np.flatnonzero(~(residual <= tolerance))
             if not todo.size:
-                return Solution(h, float(residual.max()), descent.sweeps)
+                return Solution(h, float(residual.max()), run.sweeps)
     raise NotConverged(f"rounding keeps the residual at {residual.max():.2g}")
 
 
 @dataclass
-class _Descent:
-    """The iteration, and how many sweeps it took."""
+class _Run:
+    """The iteration, and how many sweeps it has taken.
+
+    A column's values are V = h + drift / (1 - gamma), so that TV - V = T(h) - h - drift. A drift
+    in the middle of T(h) - h keeps h small, and makes the residual half the range of T(h) - h.
+    """
 
     problem: Problem
     max_sweeps: int
     progress: Progress | None
     sweeps: int = 0
 
-    def run(self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray, target: float) -> None:
-        """Sweeps columns of h [S, P], in its precision, until max |TV - V| is about `target`.
-
-        Subtracting `drift` [P], the middle of T(h) - h over the states, makes that residual half
-        the range of T(h) - h, which contracts by gamma a sweep. A column that contracts less
-        without an extrapolation to blame is kept from it by rounding, and is left as it is.
-        """
-        gamma, count = self.problem.gamma, len(drift)
-        residual, done = np.full(count, UNKNOWN), np.ones(count, bool)
-        done[columns] = False
-        leapt, strikes, wait = np.zeros(count, bool), np.zeros(count, int), np.zeros(count, int)
-        stalls = np.zeros(count, int)
-        wait[columns] = ceil(WARM / (1 - gamma) / CYCLE)
-        while not done.all():
-            parts = _parts(self.problem, np.flatnonzero(~done))
+    def sweep(self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray, target: float) -> None:
+        """Sweeps columns of h [S, P], in its precision, until the residual is about `target`, or
+        rounding keeps it from falling. Sets h and drift [P] in place."""
+        gamma = self.problem.gamma
+        watch = _Watch(gamma, target, len(drift), columns)
+        while not watch.done.all():
+            parts = _parts(self.problem, np.flatnonzero(~watch.done))
             groups = [_group(self.problem, part, h.dtype) for part in parts]
             values = [_start(h[:, group.columns]) for group in groups]
-            leapt[:] = False
-            while _effort(self.problem, parts) <= _effort(
-                self.problem, _parts(self.problem, np.flatnonzero(~done))
-            ):
-                self._count(CYCLE, float(residual[~done].max()), target)
-                for i, group in enumerate(groups):
-                    c = group.columns
-                    shift = jnp.asarray(drift[c].astype(h.dtype))
-                    values[i], low, high = _cycle(
-                        values[i], jnp.asarray(leapt[c]), shift, ONE, group.moves
-                    )
-                    low, high = np.asarray(low, float), np.asarray(high, float)
-                    # Measured one sweep ago, a common change r is gamma r by now.
-                    drift[c] += gamma * (high + low) / 2
-                    size = (high - low) / 2
-                    failed = leapt[c] & (size > residual[c])
-                    strikes[c] += failed
-                    wait[c] = np.where(failed, 2 ** strikes[c], np.maximum(wait[c] - 1, 0))
-                    slow = ~leapt[c] & (size > gamma ** (CYCLE / 2) * residual[c])
-                    stalls[c] = np.where(slow, stalls[c] + 1, np.where(leapt[c], stalls[c], 0))
-                    residual[c] = size
-                    done[c] |= (size <= target) | (stalls[c] >= STALLS)
-                    leapt[c] = ~done[c] & (wait[c] == 0)
+            watch.leaps[:] = False
+            effort = _effort(self.problem, parts)
+            while effort <= _effort(self.problem, _parts(self.problem, ~watch.done)):
+                if self.sweeps + CYCLE > self.max_sweeps:
+                    worst = watch.residual[columns].max()
+                    raise NotConverged(f"the residual is {worst:.2g} after {self.sweeps} sweeps")
+                for i, (c, moves) in enumerate(groups):
+                    constant = jnp.asarray(drift[c].astype(h.dtype))
+                    values[i], least, most = _cycle(values[i], watch.leaps[c], constant, ONE, moves)
+                    low, high = np.asarray(least, float), np.asarray(most, float)
+                    drift[c] += gamma * (low + high) / 2  # the next change is gamma times this one
+                    watch.update(c, (high - low) / 2)
+                self.sweeps += CYCLE
+                if self.progress is not None:
+                    worst = float(watch.residual[columns].max())
+                    left = log(max(worst / target, 1.0)) / -log(max(gamma, 1e-9))
+                    self.progress(self.sweeps, worst, self.sweeps + left)
             for part, value in zip(parts, values, strict=True):
                 h[:, part] = np.asarray(value.now)[:, : len(part)]
 
-    def measure(
-        self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The continuation of some columns [S, columns], and max |TV - V| for each."""
-        group = _group(self.problem, columns, np.dtype(np.float64))
-        value = jnp.asarray((h + drift / (1 - self.problem.gamma))[:, group.columns])
-        continuation, residual = _measure(value, ONE, group.moves)
-        n = len(columns)
-        return np.asarray(continuation)[:, :n], np.asarray(residual)[:n]
 
-    def _count(self, sweeps: int, residual: float, target: float) -> None:
-        """Reports what has been done, and makes sure that more may be."""
-        if residual < UNKNOWN and self.progress is not None:
-            rate = -log(max(self.problem.gamma, 1e-9))
-            self.progress(
-                self.sweeps, residual, self.sweeps + max(0.0, log(residual / target)) / rate
-            )
-        if self.sweeps + sweeps > self.max_sweeps:
-            raise NotConverged(f"the residual is {residual:.2g} after {self.sweeps} sweeps")
-        self.sweeps += sweeps
+class _Watch:
+    """Which columns are done, and which may be extrapolated. All arrays are [P].
+
+    Sweeps alone contract the residual by gamma; an extrapolation may raise it (`_cycle`). Then
+    the column is left alone for 2, 4, 8, ... cycles, so that it converges whatever happens. If
+    it still does not contract, rounding is in the way, and it is left as it is.
+    """
+
+    def __init__(self, gamma: float, target: float, count: int, columns: np.ndarray) -> None:
+        self.target = target
+        self.contraction = max(gamma, 1e-9) ** (CYCLE / 2)  # half of what a cycle should achieve
+        self.residual, self.best = np.full(count, np.inf), np.full(count, np.inf)
+        self.done = ~np.isin(np.arange(count), columns)
+        self.leaps = np.zeros(count, bool)
+        self.wait = np.full(count, ceil(WARM / (1 - gamma) / CYCLE))
+        self.strikes, self.stalls = np.zeros(count, int), np.zeros(count, int)
+
+    def update(self, c: np.ndarray, residual: np.ndarray) -> None:
+        """Takes the residuals of columns c after a cycle."""
+        leapt = self.leaps[c]
+        failed = leapt & (residual >= self.residual[c])
+        self.strikes[c] += failed
+        self.wait[c] = np.where(failed, 2 ** self.strikes[c], np.maximum(self.wait[c] - 1, 0))
+        better = leapt | (residual < self.contraction * self.best[c])
+        self.stalls[c] = np.where(better, 0, self.stalls[c] + 1)
+        self.best[c] = np.where(better, residual, self.best[c])
+        self.residual[c] = residual
+        self.done[c] |= (residual <= self.target) | (self.stalls[c] >= STALLS)
+        self.leaps[c] = ~self.done[c] & (self.wait[c] == 0)
 
 
 def _parts(problem: Problem, columns: np.ndarray) -> list[np.ndarray]:
-    """Cuts columns into groups: by the policy they face, unless mixed groups are less work."""
+    """Cuts columns (numbers or a mask) into groups: of problems that face the same policy, whose
+    probabilities are read once for all, unless mixed groups are less work."""
     choice = problem.answer.choice if problem.answer else np.zeros(len(problem.goal), int)
+    columns = np.arange(len(choice))[columns]
     columns = columns[np.argsort(choice[columns], kind="stable")]
     cut = lambda c: [c[i : i + WIDTH] for i in range(0, len(c), WIDTH)]
-    alike = [
-        part for k in np.unique(choice[columns]) for part in cut(columns[choice[columns] == k])
-    ]
+    alike = [p for k in np.unique(choice[columns]) for p in cut(columns[choice[columns] == k])]
     mixed = cut(columns)
     return alike if _effort(problem, alike) <= _effort(problem, mixed) else mixed
 
@@ -229,7 +229,7 @@ def _parts(problem: Problem, columns: np.ndarray) -> list[np.ndarray]:
 def _effort(problem: Problem, parts: list[np.ndarray]) -> int:
     """The relative cost of a sweep over groups of columns (measured)."""
     alike = lambda part: problem.answer is None or np.ptp(problem.answer.choice[part]) == 0
-    return sum((4 if len(part) > 2 else 2) if alike(part) else 6 for part in parts)
+    return sum((4 if len(part) > 2 else 1) if alike(part) else 6 for part in parts)
 
 
 class _Moves(NamedTuple):
@@ -305,7 +305,7 @@ def _best(w: Array, moves: _Moves) -> Array:
 
 
 class _Values(NamedTuple):
-    """Where a group stands: h now, h STRIDE sweeps before, and how far to go on that way [W]."""
+    """Where a group stands: h [S, W] now and STRIDE sweeps before, how far to leap on [W]."""
 
     now: Array
     before: Array
@@ -317,26 +317,34 @@ def _start(h: np.ndarray) -> _Values:
 
 
 def _sweeps(h: Array, drift: Array | float, n: Array, moves: _Moves) -> Array:
-    """h after n sweeps of T - drift. That n is no constant keeps XLA from merging a last sweep
-    with what reads it, and computing it anew for each reader."""
-    return jax.lax.fori_loop(0, n, lambda _, h: _best(_expectation(h, moves), moves) - drift, h)
+    """h after n sweeps of T - drift.
+
+    A condition that always holds makes XLA compute W once: it would merge W into the reads of it,
+    and compute it anew for each of the mover's actions (measured: 2.3 times as slow). For the like
+    reason, n is an argument: a single sweep would be merged with what reads its result.
+    """
+
+    def sweep(_: Array, h: Array) -> Array:
+        w = jax.lax.cond(n > 0, lambda: _expectation(h, moves), lambda: h)
+        return _best(w, moves) - drift
+
+    return jax.lax.fori_loop(0, n, sweep, h)
 
 
 @partial(jax.jit, donate_argnums=0)
 def _cycle(
-    values: _Values, leap: Array, drift: Array, one: Array, moves: _Moves
+    values: _Values, leaps: Array, drift: Array, one: Array, moves: _Moves
 ) -> tuple[_Values, Array, Array]:
-    """CYCLE sweeps, and the range of T(h) - drift - h in the last one [W].
+    """CYCLE sweeps; the least and the largest T(h) - drift - h in the last one [W].
 
-    First the values leap, in some columns, to where they seem to go: h + c (h - h'), h' the values
-    STRIDE sweeps before h, where c makes |(h - h') + c ((h - h') - (h' - h''))|^2 least in each
-    column. This is Aitken's extrapolation with one ratio for all states (reduced rank extrapolation
-    of rank 1, Sidi 1986, DOI 10.1016/0377-0427(86)90032-1). It removes what contracts slowest: once
-    the common drift is gone, that is the differences between closed classes of states, by gamma a
-    sweep. Where it comes too early, since best actions still change, the residual grows, and `run`
-    waits longer before the next.
+    Before them, columns leap to where they seem to go: to h + c (h - h'), with h', h'' the values
+    STRIDE and 2 STRIDE sweeps before h, where c makes |(h - h') + c ((h - h') - (h' - h''))|^2
+    least. This is Aitken's extrapolation with one ratio for all states (reduced rank
+    extrapolation of rank 1, Sidi 1986, DOI 10.1016/0377-0427(86)90032-1). It removes what
+    contracts slowest: once the common drift is gone, the differences between closed classes of
+    states, by gamma a sweep. If it comes too early, as best actions still change, it does harm.
     """
-    c = jnp.where(leap, values.further, 0)
+    c = jnp.where(leaps, values.further, 0)
     first = values.now + c * (values.now - values.before)
     middle = _sweeps(first, drift, STRIDE * one, moves)
     late = _sweeps(middle, drift, (STRIDE - 1) * one, moves)
@@ -348,12 +356,20 @@ def _cycle(
     return _Values(last, middle, c.astype(last.dtype)), low, high
 
 
+def _measured(
+    problem: Problem, values: np.ndarray, columns: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """W [S, columns] of V [S, columns], and max |TV' - V'| of the V' = TV that W implies."""
+    c, moves = _group(problem, columns, values.dtype)
+    w, residual = _measure(jnp.asarray(np.resize(values.T, (len(c), len(values))).T), ONE, moves)
+    return np.asarray(w)[:, : len(columns)], np.asarray(residual)[: len(columns)]
+
+
 @jax.jit
-def _measure(value: Array, one: Array, moves: _Moves) -> tuple[Array, Array]:
-    """W of V [S, W], and max |TV' - V'| [W] for the V' = TV that W implies."""
-    implied = _sweeps(value, 0.0, one, moves)
+def _measure(values: Array, one: Array, moves: _Moves) -> tuple[Array, Array]:
+    implied = _sweeps(values, 0.0, one, moves)
     again = _sweeps(implied, 0.0, one, moves)
-    return _expectation(value, moves), jnp.abs(again - implied).max(0)
+    return _expectation(values, moves), jnp.abs(again - implied).max(0)
 
 
 def q_values(problem: Problem, continuation: np.ndarray, column: int) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from i2pdsl.planning.value_iteration import (
     Problem,
     boltzmann,
     expected_reward,
+    q_values,
     solve,
 )
 
@@ -202,3 +205,79 @@ def test_policies_are_softmax_of_q() -> None:
     reward = np.arange(24.0).reshape(12, 2)
     expected = expected_reward(policy, reward, problem.cost)
     assert expected[3, 1] == pytest.approx(reward[3, 1] + policy[1, :, 3] @ problem.cost)
+
+
+def residual_by_arrays(problem: Problem, continuation: np.ndarray) -> float:
+    """max |TV - V| for the V that the continuations imply, where loops would take too long."""
+    columns = range(len(problem.goal))
+    v = np.stack([q_values(problem, continuation, p).max(0) for p in columns], 1)
+    w, o = v, problem.answer
+    if o is not None:
+        assert o.social is not None
+        w = o.rho * o.social[:, o.choice]
+        for a, after in enumerate(o.successor):
+            w = w + o.policy[o.choice, a].T * (o.success * v[after] + (1 - o.success) * v)
+    again = np.stack([q_values(problem, w, p).max(0) for p in columns], 1)
+    return float(np.abs(again - v).max())
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_single_precision_first_ends_in_double(tolerance: float) -> None:
+    """Enough states and problems for the coarse stage, which alone would stall above 1e-7."""
+    states, problems = 10_000, 12
+    rng = np.random.default_rng(0)
+    line = np.arange(states)
+    problem = Problem(
+        successor=np.stack([np.maximum(line - 1, 0), np.minimum(line + 1, states - 1), line]),
+        success=0.7,
+        reward=(rng.random((states, problems)) < 0.01).astype(float),
+        cost=np.array([-1.0, -1.0, -0.1]),
+        goal=np.arange(problems),
+        gamma=0.95,
+        answer=Answer(
+            successor=rng.integers(0, states, (2, states)),
+            success=0.5,
+            policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),
+            choice=np.arange(problems) % 2,
+            social=rng.normal(size=(states, 2)),
+            rho=np.linspace(-3, 3, problems),
+        ),
+    )
+    found = solve(problem, tolerance=tolerance)
+    assert found.residual <= tolerance
+    assert found.sweeps < 600
+    measured = residual_by_arrays(problem, found.continuation)
+    assert measured == pytest.approx(found.residual, abs=1e-11)
+
+
+@pytest.mark.parametrize("gamma", [0.5, 0.99, 0.999])
+def test_rings_of_known_value(gamma: float) -> None:
+    """In one ring waiting is best, in the other waiting on the paid state; no drift fits both."""
+    step = (np.arange(6) + 1) % 6
+    reward = np.zeros((12, 1))
+    reward[6] = 1.0
+    successor = np.stack([np.concatenate([step, step + 6]), np.arange(12)])
+    problem = Problem(successor, 1.0, reward, np.array([-1.0, -0.1]), np.zeros(3, int), gamma)
+    found = solve(problem, tolerance=1e-9)
+    assert residual_by_arrays(problem, found.continuation) <= 1.01e-9
+    np.testing.assert_allclose(found.continuation[:6], -0.1 / (1 - gamma), atol=1e-5)
+    np.testing.assert_allclose(found.continuation[6], 0.9 / (1 - gamma), atol=1e-5)
+
+
+def test_no_action_needs_to_stay() -> None:
+    problem = random_problem(8, answered=False)
+    problem = replace(problem, successor=problem.successor[:4], cost=problem.cost[:4])
+    found = solve(problem, tolerance=1e-9)
+    assert residual_by_arrays(problem, found.continuation) <= 1.01e-9
+
+
+def test_a_tolerance_beyond_rounding_is_said() -> None:
+    with pytest.raises(NotConverged, match="rounding keeps the residual at"):
+        solve(random_problem(1, 0.99), tolerance=1e-18)
+
+
+def test_the_precision_of_others_stays_as_it_was() -> None:
+    import jax.numpy as jnp
+
+    solve(random_problem(9, 0.5))
+    assert jnp.ones(2).dtype == jnp.float32
