@@ -32,7 +32,6 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
-from i2pdsl.language.settings import in_range
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
@@ -454,7 +453,7 @@ def _stored_world(record: Record, folder: Path | None) -> GridSpec:
             raise error("script", message, where, did_you_mean(key, known))
         setting = known[key]
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        good = value in setting.choices if setting.choices else number and in_range(setting, value)
+        good = value in setting.choices if setting.choices else number and setting.accepts(value)
         if not good:
             valid = ", ".join(setting.choices) or setting.valid_range or "a number"
             message = f"the setting `{key}` cannot be {shorten(json.dumps(value))}"

@@ -17,28 +17,22 @@ SEARCHES = ("beam", "descend", "naive")
 OBSERVER_SETTINGS = ("beta", "forgetting", "level0")
 BEAM_SETTINGS = {
     "starts": Setting(
-        "starts", 500.0, "initial states that are tried", (), "a whole number from 1 to 1,000,000"
+        "starts",
+        500.0,
+        "initial states that are tried",
+        (),
+        "a whole number from 1 to 1,000,000",
+        lambda x: x == int(x) and 1 <= x <= 1_000_000,
     ),
     "width": Setting(
-        "width", 1.0, "scripts kept for each start", (), "a whole number from 1 to 10,000"
+        "width",
+        1.0,
+        "scripts kept for each start",
+        (),
+        "a whole number from 1 to 10,000",
+        lambda x: x == int(x) and 1 <= x <= 10_000,
     ),
 }
-
-
-def in_range(setting: Setting, value: float) -> bool:
-    """Whether a number is one that the setting can have."""
-    match setting.name:
-        case "starts":
-            return value == int(value) and 1 <= value <= 1_000_000
-        case "width":
-            return value == int(value) and 1 <= value <= 10_000
-        case "gamma":
-            return 0 <= value < 1
-        case "beta":
-            return 0 <= value <= 1e3
-        case "forgetting":
-            return 0 <= value <= 0.5
-    return abs(value) <= 1e6
 
 
 class Settings:
@@ -94,7 +88,7 @@ class Settings:
             value = self.elaborator.constant(node, self.env)
         except Stop:
             return None
-        if not in_range(setting, value):
+        if not setting.accepts(value):
             message = f"`{setting.name}` must be {setting.valid_range}, not {value:g}"
             self.problem("setting", message, node.span)
             return None

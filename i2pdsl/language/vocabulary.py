@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 Value = float | str | bool
@@ -40,13 +41,17 @@ class Predicate:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or word of the world that a story may replace. `choices` for words."""
+    """A number or word of the world that a story may replace.
+
+    `choices` for words; for numbers `accepts` says which are valid, `valid_range` says it in words.
+    """
 
     name: str
     default: float | str
     documentation: str
     choices: tuple[str, ...] = ()
     valid_range: str = ""
+    accepts: Callable[[float], bool] = field(default=lambda _: False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -73,5 +73,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
 
 
 def _setting(name: str, default: float | str) -> Setting:
-    range_ = SETTING_RANGES[name][1] if name in SETTING_RANGES else ""
-    return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS.get(name, ()), range_)
+    if name in SETTING_WORDS:
+        return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name])
+    accepts, range_ = SETTING_RANGES[name]
+    return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)
