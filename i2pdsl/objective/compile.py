@@ -234,7 +234,8 @@ class Compiler:
 
     def _feature(self, node: ty.Feature) -> Closure:
         assert node.moment is not None
-        name, arguments = node.predicate, self.world_arguments(node)
+        name = node.predicate
+        arguments = self.world.feature_arguments(name, node.arguments)
         self.shape.append(f"{name}{arguments}")
         moment = self.moment(node.moment)
 
@@ -249,10 +250,6 @@ class Compiler:
             return _where_exists(scope, view.exists, holds * 1.0)
 
         return value
-
-    def world_arguments(self, node: ty.Feature) -> tuple[Any, ...]:
-        """The arguments of a predicate in the world's own numbers."""
-        return self.world.feature_arguments(node.predicate, node.arguments)
 
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
