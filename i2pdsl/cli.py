@@ -345,18 +345,19 @@ def make(
     finished = found.finished
     if not finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)
-    if len(found.candidates) < candidates:
-        count = len(found.candidates)
+    chosen = found.candidates[:candidates]  # a descent found more
+    if len(chosen) < candidates:
+        count = len(chosen)
         click.echo(f"{count} script{'s' * (count != 1)} found that differ visibly", err=True)
     seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
     parts: list[dict[str, Any]] = []
-    for number, script in enumerate(found.candidates, 1):
+    for number, script in enumerate(chosen, 1):
         place = folder if number == 1 else folder / f"candidate-{number}"
         path = script.save(place / "script.json")
         parts.append({"score": script.score, "script": str(path), "files": {}})
     began = time.perf_counter()
     try:
-        for number, (script, part) in enumerate(zip(found.candidates, parts, strict=True), 1):
+        for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
             place = Path(part["script"]).parent
             title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
             draw(script, place, formats, part["files"], title)
@@ -671,8 +672,12 @@ def plan(world: str, as_json: bool) -> None:
 
     from i2pdsl.progress import Bars
     from i2pdsl.worlds.grid.world import build_world
+    from i2pdsl.worlds.hill.spec import HillSpec
 
     spec = spec_of(world)
+    if isinstance(spec, HillSpec):
+        message = f"world {spec.name} is not planned but trained"
+        raise error("no-plan", message, whole_file(world), f"`i2p train {spec.name}`")
     began = time.perf_counter()
     with Bars() as bars:
         built = build_world(spec, None, bars.watch.planning, bars.watch.say)
@@ -693,6 +698,99 @@ def plan(world: str, as_json: bool) -> None:
         f"{spec.name}: {spec.state_count:,} states, {problems} problems, residual "
         f"{built.residual:.2g}, {where} in {document['seconds']:.1f} s"
     )
+
+
+@program.command()
+@click.argument("world", shell_complete=complete_world)
+@click.option("--seed", type=click.IntRange(0), default=0, help="Of the networks and the noise.")
+@click.option("--set", "settings", type=Assignment(), multiple=True, help="Of the world.")
+@click.option("--iterations", type=click.IntRange(1), default=None, help="Default 2400.")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder; default: the cache.")
+@click.option("--restart", is_flag=True, help="Do not go on from an interrupted training.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def train(
+    world: str,
+    seed: int,
+    settings: tuple[tuple[str, str], ...],
+    iterations: int | None,
+    out: str | None,
+    restart: bool,
+    as_json: bool,
+) -> int:
+    """Train the controllers of a physics world and store them.
+
+    Ctrl-C keeps the best so far; the same command goes on from there.
+    """
+    from i2pdsl.worlds.hill.spec import HillSpec
+
+    spec = spec_of(world)
+    if not isinstance(spec, HillSpec):
+        message = f"world {spec.name} is not trained but planned"
+        raise error("no-training", message, whole_file(world), f"`i2p plan {spec.name}`")
+    spec = spec.with_settings(world_settings(spec, settings))
+    if out is not None:
+        check_writable(Path(out))
+    from i2pdsl.planning.actor_critic import Recipe
+    from i2pdsl.progress import Bars
+    from i2pdsl.worlds.hill.training import train_hill
+
+    recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
+    with Bars() as bars:
+        folder = None if out is None else Path(out)
+        done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+    if not done.finished:
+        click.echo("interrupted: the best so far is kept; the same command goes on", err=True)
+    weights = done.controllers.weights
+    document = {
+        "world": spec.name,
+        "seed": seed,
+        "weights": list(weights),
+        "iterations": done.controllers.about["iterations"],
+        "reward": done.look.reward,
+        "falls": done.look.falls,
+        "climbs": list(done.look.climbs),
+        "controllers": None if done.path is None else str(done.path),
+        "finished": done.finished,
+        "seconds": round(done.seconds, 1),
+    }
+    if as_json:
+        output_json(document)
+    else:
+        climbs = ", ".join(
+            f"weight {w:g} {c:.1f}" for w, c in zip(weights, done.look.climbs, strict=True)
+        )
+        output(
+            f"{spec.name} (seed {seed}): the box goes up {climbs} units in 800 frames; "
+            f"{100 * done.look.falls:.1f} % of the rollouts fall; {done.seconds:.0f} s"
+        )
+        if done.path is not None:
+            output(f"  {done.path}")
+    return DONE if done.finished else INTERRUPTED
+
+
+def world_settings(spec: Any, given: tuple[tuple[str, str], ...]) -> dict[str, Any]:
+    """The values of `--set` for a world. Raises StoryError."""
+    from i2pdsl.errors import did_you_mean
+    from i2pdsl.worlds.find import vocabulary_of
+
+    known = vocabulary_of(spec).settings
+    found: dict[str, Any] = {}
+    for name, text in given:
+        where = whole_file(f"--set {name}")
+        if name not in known:
+            hint = did_you_mean(name, known) or "settings: " + ", ".join(known)
+            raise error("setting", f"`world {spec.name}` has no setting `{name}`", where, hint)
+        value: Any = text
+        with suppress(ValueError):
+            value = float(text)
+        if text.startswith("{") and text.endswith("}"):
+            with suppress(ValueError):
+                value = tuple(float(part) for part in text[1:-1].split(","))
+        if not known[name].holds(value):
+            message = f"`{name}` cannot be {text}"
+            raise error("setting", message, where, f"it can be: {known[name].hint}")
+        found[name] = value
+    return found
 
 
 @program.command()

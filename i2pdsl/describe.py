@@ -10,19 +10,40 @@ from i2pdsl.errors import whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.parse import parse_file
 from i2pdsl.resources import data_folder
+from i2pdsl.worlds.find import Spec, vocabulary_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER
 
 
-def world_as_json(spec: GridSpec) -> dict[str, Any]:
+def world_as_json(spec: Spec) -> dict[str, Any]:
     """A world as plain data."""
-    words = grid_vocabulary(spec)
+    own = _grid_as_json(spec) if isinstance(spec, GridSpec) else _hill_as_json(spec)
+    words = vocabulary_of(spec)
     return {
         "name": spec.name,
         "documentation": spec.documentation,
+        **own,
+        "hypotheses": len(words.hypotheses),
+        "latents": [
+            {"name": x.name, "values": list(x.values), "documentation": x.documentation}
+            for x in words.latents.values()
+        ],
+        "predicates": [_signature(p) for p in words.predicates.values()],
+        "events": [f"{e}({thing})" for e, things in words.events.items() for thing in things],
+        "settings": {s.name: s.default for s in words.settings.values()},
+    }
+
+
+def _hill_as_json(spec: HillSpec) -> dict[str, Any]:
+    return {"characters": [{"name": HOPPER}], "objects": [{"name": BOX}]}
+
+
+def _grid_as_json(spec: GridSpec) -> dict[str, Any]:
+    return {
         "map": list(spec.rows),
         "states": spec.state_count,
-        "hypotheses": len(words.hypotheses),
         "characters": [
             {
                 "name": c.name,
@@ -36,13 +57,6 @@ def world_as_json(spec: GridSpec) -> dict[str, Any]:
         ],
         "objects": [{"name": t.name, "may_be_absent": t.may_be_absent} for t in spec.things],
         "tiles": [{"name": t.name, "cells": [list(c) for c in t.cells]} for t in spec.tiles],
-        "latents": [
-            {"name": x.name, "values": list(x.values), "documentation": x.documentation}
-            for x in words.latents.values()
-        ],
-        "predicates": [_signature(p) for p in words.predicates.values()],
-        "events": [f"{e}({thing})" for e, things in words.events.items() for thing in things],
-        "settings": {s.name: s.default for s in words.settings.values()},
     }
 
 
@@ -50,24 +64,17 @@ def _signature(predicate: Any) -> str:
     return f"{predicate.name}({', '.join(predicate.parameters)})"
 
 
-def describe_world(spec: GridSpec) -> str:
+def describe_world(spec: Spec) -> str:
     """A world in words: its map, its cast, and everything that a story can name."""
-    words = grid_vocabulary(spec)
+    words = vocabulary_of(spec)
     lines = [f"world {spec.name}", "", *(f"  {x}" for x in spec.documentation.splitlines()), ""]
-    lines += [f"    {row}" for row in spec.rows]
-    lines += ["", f"{spec.state_count:,} states, {len(words.hypotheses)} hypotheses", ""]
-    for c in spec.characters:
-        strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
-        pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
-        lines.append(f"character {c.name}: {strength}{pushes}")
-    for t in spec.things:
-        lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else ''}")
+    lines += _grid_in_words(spec) if isinstance(spec, GridSpec) else _hill_in_words(spec)
     sections: list[tuple[str, list[tuple[str, str]]]] = [
         (
             "latents",
             [(f"{x.name} in {{{x.domain}}}", x.documentation) for x in words.latents.values()],
         ),
-        ("tiles", [(t.name, ", ".join(map(str, t.cells))) for t in spec.tiles]),
+        ("tiles", [(name, ", ".join(map(str, cells))) for name, cells in words.places.items()]),
         ("predicates", [(_signature(p), p.documentation) for p in words.predicates.values()]),
         (
             "events",
@@ -75,7 +82,7 @@ def describe_world(spec: GridSpec) -> str:
         ),
         (
             "settings",
-            [(f"{s.name} = {s.default}", s.documentation) for s in words.settings.values()],
+            [(f"{s.name} = {_shown(s.default)}", s.documentation) for s in words.settings.values()],
         ),
     ]
     for title, rows in sections:
@@ -83,6 +90,35 @@ def describe_world(spec: GridSpec) -> str:
             width = max(len(name) for name, _ in rows)
             lines += ["", title, *(f"  {name:<{width}}  {text}" for name, text in rows)]
     return "\n".join(lines)
+
+
+def _grid_in_words(spec: GridSpec) -> list[str]:
+    lines = [f"    {row}" for row in spec.rows]
+    hypotheses = len(grid_vocabulary(spec).hypotheses)
+    lines += ["", f"{spec.state_count:,} states, {hypotheses} hypotheses", ""]
+    for c in spec.characters:
+        strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
+        pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
+        lines.append(f"character {c.name}: {strength}{pushes}")
+    for t in spec.things:
+        lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else ''}")
+    return lines
+
+
+def _hill_in_words(spec: HillSpec) -> list[str]:
+    return [
+        f"{spec.settings.slope:g} rad steep; 20 frames a unit of time; continuous actions",
+        "",
+        f"character {HOPPER}: six muscles; it pulls",
+        f"object {BOX}: on a rope",
+    ]
+
+
+def _shown(value: Any) -> str:
+    """A setting's value as a story has it."""
+    if isinstance(value, tuple):
+        return "{" + ", ".join(f"{x:g}" for x in value) + "}"
+    return str(value)
 
 
 def library_patterns(library: str | None) -> list[dict[str, Any]]:

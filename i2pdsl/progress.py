@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from i2pdsl.pipeline import Watch
+from i2pdsl.worlds.ready import Watch
 
 
 class Bars:
@@ -20,7 +20,7 @@ class Bars:
         self.bar: Any = None
         self.name = ""
         self.shown = sys.stderr is not None and sys.stderr.isatty()
-        self.watch = Watch(self._planning, self._searching, self.say)
+        self.watch = Watch(self._planning, self._searching, self.training, self.say)
 
     def __enter__(self) -> Bars:
         return self
@@ -69,6 +69,13 @@ class Bars:
 
     def _searching(self, done: int, total: int) -> None:
         self._count("searching", done, total)
+
+    def training(self, done: int, total: int, figures: dict[str, float]) -> None:
+        """Some more iterations of a training are done."""
+        self._count("training", done, total)
+        if self.shown:
+            shown = f", reward {figures['best']:.2f}, falls {100 * figures['falls']:.0f} %"
+            self.bar.set_postfix_str(shown, refresh=True)
 
     def drawing(self, name: str, done: int, total: int) -> None:
         """One more frame of a film is drawn."""

@@ -18,7 +18,8 @@ from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import check_memory, estimated_bytes, solve
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.grid.world import Viewer, assemble
+from i2pdsl.worlds.grid.world import assemble
+from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import Pair, planned, small_kitchen
 
 C, Thing = reference.Character, reference.Object

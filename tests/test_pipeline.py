@@ -223,7 +223,9 @@ def test_naive_characters_do_what_is_best_for_them() -> None:
         assert rational[hypothesis]
         state = start
         for action in actions:
-            rows_here = world.log_rows(world.tables, np.asarray(state), np.asarray(action))
+            rows_here = world.log_rows(
+                world.tables, np.asarray(state), np.asarray(action), np.asarray(state)
+            )
             cheese = rows_here[0][0, hypothesis]
             # A best action has at least the share of one among five.
             assert cheese >= np.log(1 / 5) - 1e-9

@@ -20,7 +20,8 @@ from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.grid.world import GridWorld, Viewer, assemble
+from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).parent.parent / "stories"
 SMALL_MAP = ("P..", "#.G", "...")

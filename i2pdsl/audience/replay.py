@@ -19,10 +19,10 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
     """All frames of a script along the first axis, frame 0 being the start.
 
     Args:
-        states: [T + 1], actions: [T].
+        states: [T + 1, ...], actions: [T, ...], as the world has them.
     """
     tables = world.tables
-    rows = world.log_rows(tables, states[:-1], actions)
+    rows = world.log_rows(tables, states[:-1], actions, states[1:])
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
     belief = world.log_prior(tables)
@@ -40,7 +40,7 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
     return Frame(
         number=np.arange(len(states)),
         before=np.concatenate([states[:1], states[:-1]]),
-        action=np.concatenate([np.zeros(1, dtype=actions.dtype), actions]),
+        action=np.concatenate([world.no_action(states[:1]), actions]),
         state=states,
         previous=np.stack([beliefs[0], *beliefs[:-1]]),
         belief=np.stack(beliefs),

@@ -59,6 +59,10 @@ class Arithmetic(Elaboration):
     def on_length(self, node: ast.Length, env: Env) -> Item:
         return Item("number", ty.Constant(float(self.length)))
 
+    def on_setof(self, node: ast.SetOf, env: Env) -> Item:
+        message = "a set of values stands only after `in`, or as a setting"
+        raise self.blame("type", message, node, env, "write `x in {a, b}`")
+
     def on_pair(self, node: ast.Pair, env: Env) -> Item:
         first, second = self.both(
             lambda: self.constant(node.first, env), lambda: self.constant(node.second, env)

@@ -144,8 +144,9 @@ class Beliefs(Frames):
         mask = given.mask
         for part in ty.walk(value):
             if isinstance(part, ty.ValueAt):
-                rational = self.world.rational[self.world.characters[part.who]]
-                mask = _both(mask, self.rational_rows(rational))
+                rational = self.world.rational.get(self.world.characters[part.who])
+                if rational is not None:
+                    mask = _both(mask, self.rational_rows(rational))
             elif isinstance(part, ty.LatentValue):
                 mask = _both(mask, tuple(part.latent in r for r in self.world.hypotheses))
         if not any(mask):

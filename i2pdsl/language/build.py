@@ -137,8 +137,11 @@ class Builder:
         return ast.Compare(span, operators, tuple(self.expression(x) for x in p[0::2]))
 
     def _member(self, span: Span, p: list[Any]) -> ast.Expr:
-        items = ast.SetOf(self.span(p[2]), self.expressions(p[2].children))
+        items = self._set(self.span(p[2]), p[2].children)
         return ast.Member(span, self.expression(p[0]), items)
+
+    def _set(self, span: Span, p: list[Any]) -> ast.SetOf:
+        return ast.SetOf(span, self.expressions(p))
 
     def _plus(self, span: Span, p: list[Any]) -> ast.Expr:
         return self.expression(p[1])

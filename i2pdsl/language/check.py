@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
 from i2pdsl.language import ast
@@ -14,7 +13,8 @@ from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env, build_module
-from i2pdsl.language.settings import Settings
+from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
 from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
@@ -25,7 +25,7 @@ from i2pdsl.language.story import (
     default_assumption,
 )
 from i2pdsl.language.unused import check_unused
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
 
 __all__ = [
@@ -41,10 +41,13 @@ __all__ = [
     "known_worlds",
 ]
 
-LONGEST_STORY = 100_000
 
-FindWorld = Callable[[str, Path | None], Vocabulary | None]
-"""Finds a world's vocabulary by name or path, beside a folder or among the built-in ones."""
+class FindWorld(Protocol):
+    """Finds a world's vocabulary by name or path, beside a folder or among the built-in ones."""
+
+    def __call__(
+        self, name: str, folder: Path | None, settings: Settings = (), /
+    ) -> Vocabulary | None: ...
 
 
 def check_source(
@@ -162,13 +165,14 @@ class _Checker:
             return None
         self.elaborator = Elaborator(vocabulary, length, self.problems.append)
         self.env = Env(self.module)
-        self.settings = Settings(self.elaborator, self.env)
+        self.settings = SettingsReader(self.elaborator, self.env)
         settings = self.settings.read(
             world.settings, vocabulary.settings, f"world {vocabulary.world}"
         )
-        if "hypotheses" in dict(settings):
-            # Another reading of the hypotheses changes the masks.
-            self.elaborator.world = self.with_hypotheses(world, settings) or vocabulary
+        if any(vocabulary.settings[name].reshapes for name, _ in settings):
+            # Other hypotheses have other masks.
+            found = self.find_world(_word(world.name), self.folder, settings)
+            self.elaborator.world = found or vocabulary
         self.world = self.elaborator.world
         self.check_own_names()
         self.elaborator.assumption = self.assumption()
@@ -203,7 +207,7 @@ class _Checker:
     def vocabulary(self, world: ast.World) -> Vocabulary | None:
         name = _word(world.name)
         try:
-            found = self.find_world(name, self.folder) if "?" not in name else None
+            found = self.find_world(name, self.folder)
         except StoryError as problem:
             note = Note("the world is named here", world.name.span)
             self.problems += [replace(d, notes=(*d.notes, note)) for d in problem.diagnostics]
@@ -214,12 +218,6 @@ class _Checker:
             hint = did_you_mean(name, known_worlds(self.folder))
             self.problem("no-world", f"there is no world `{shorten(name)}`", world.name.span, hint)
         return found
-
-    def with_hypotheses(
-        self, world: ast.World, settings: tuple[tuple[str, float | str], ...]
-    ) -> Vocabulary | None:
-        reading = dict(settings)["hypotheses"]
-        return self.find_world(f"{_word(world.name)}?hypotheses={reading}", self.folder)
 
     def length(self, world: ast.World) -> int:
         """The number of frames; any other where it is wrong, to check the rest."""
@@ -258,6 +256,11 @@ class _Checker:
         return read_assumption(self.elaborator, statement.condition, self.env)
 
     def start(self) -> ty.Typed | None:
+        given: ast.Start | None = self.first(ast.Start)
+        if given is not None and not self.world.enumerable:
+            message = f"stories of world {self.world.world} all start in the same state"
+            self.problem("start", message, given.span, "leave out the `start`")
+            return None
         conditions: list[ty.Typed] = []
         places: list[Span] = []
         for statement in self.program.of(ast.Start):
@@ -320,10 +323,14 @@ class _Checker:
             return None
 
 
+BUILT_IN = ("hill",)  # worlds that are no .world files
+
+
 def known_worlds(folder: Path | None) -> set[str]:
     """The names of the worlds that could have been meant."""
     places = [data_folder("stories") / "worlds", folder or Path()]
-    return {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
+    found = {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
+    return found | set(BUILT_IN)
 
 
 def _word(node: ast.Name | ast.Text) -> str:

@@ -168,9 +168,15 @@ class Elaboration:
 
     def truth(self, node: ast.Expr, env: Env) -> ty.Typed:
         item = self.item(node, env)
-        if item.kind == "truth" or isinstance(item.value, ty.Feature):
+        if item.kind == "truth" or self.is_predicate(item.value):
             return item.value
         raise self.wrong_kind("a condition", item, node, env)
+
+    def is_predicate(self, value: object) -> bool:
+        """Whether a form of a frame is a predicate, 1 or 0, and no quantity."""
+        if not isinstance(value, ty.Feature):
+            return False
+        return not self.world.predicates[value.predicate].is_number
 
     def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> Stop:
         found = KINDS[item.kind]

@@ -105,6 +105,10 @@ class Frames(Predicates):
         return item.value
 
     def turn(self, node: ast.Append, env: Env) -> ty.Turn:
+        if not self.world.enumerable:
+            span = node.turn[0].span.to(node.turn[-1].span)
+            message = "turns can be appended where actions have names; this world's are continuous"
+            raise self.fail("world", message, span, env)
         falls = [m for m in node.turn if isinstance(m, ast.Fall)]
         if falls:
             if len(node.turn) > 1:

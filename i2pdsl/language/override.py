@@ -6,19 +6,21 @@ from __future__ import annotations
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.parse import parse_expression, parse_tolerantly
+from i2pdsl.language.settings import SEARCH_SETTINGS
 
 _STATEMENTS = ("length", "rationality", "plausibility")
-_SEARCH = ("starts", "width")
+_SEARCH = {s.name: method for method in ("beam", "descend") for s in SEARCH_SETTINGS[method]}
 
 
 def override(source: Source, name: str, value: str, world_settings: tuple[str, ...] = ()) -> Source:
     """The story with `name` set to `value` (an expression, as it would be written).
 
-    A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the beam
-    (`starts`, `width`) or of the world (`beta`, ...). Raises StoryError for any other, and for a
-    value that is not one expression.
+    A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the search
+    (`starts`, `steps`, ...) or of the world (`beta`, ...). Raises StoryError for any other, and
+    for a value that is not one expression.
     """
-    parse_expression(Source(f"--set {name}", value))
+    where, is_set = f"--set {name}", value.lstrip().startswith("{")
+    parse_expression(Source(where, f"0 in {value}" if is_set else value))
     program, _ = parse_tolerantly(source)
     for let in program.of(ast.Let):
         if let.name.id == name:
@@ -33,7 +35,8 @@ def override(source: Source, name: str, value: str, world_settings: tuple[str, .
     if name in _SEARCH:
         searches = program.of(ast.Search)
         if not searches:
-            return Source(source.name, f"{source.text.rstrip()}\nsearch beam({name} = {value})\n")
+            line = f"search {_SEARCH[name]}({name} = {value})"
+            return Source(source.name, f"{source.text.rstrip()}\n{line}\n")
         return _with_setting(source, searches[0], name, value)
     worlds = program.of(ast.World)
     if name in world_settings and worlds:

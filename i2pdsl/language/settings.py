@@ -10,28 +10,42 @@ from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.evaluate import evaluate, is_pure
 from i2pdsl.language.scope import Env
 from i2pdsl.language.story import Observer, SearchPlan
-from i2pdsl.language.vocabulary import Setting
+from i2pdsl.language.vocabulary import Setting, SettingValue
+from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "average")
-SEARCHES = ("beam", "descend", "naive")
-OBSERVER_SETTINGS = ("beta", "forgetting", "level0")
-BEAM_SETTINGS = {
-    "starts": Setting(
-        "starts",
-        500.0,
-        "initial states that are tried",
-        (),
-        "a whole number from 1 to 1,000,000",
-        lambda x: x == int(x) and 1 <= x <= 1_000_000,
+LONGEST_STORY = 100_000
+
+
+def _whole(name: str, default: float, about: str, low: int, high: int) -> Setting:
+    accepts = lambda x: x == int(x) and low <= x <= high
+    return Setting(name, default, about, (), f"a whole number from {low:,} to {high:,}", accepts)
+
+
+def _between(name: str, default: float, about: str, low: float, high: float) -> Setting:
+    accepts = lambda x: low <= x <= high
+    return Setting(name, default, about, (), f"between {low:g} and {high:g}", accepts)
+
+
+_PLAN = SearchPlan()
+_NOISE = _between("noise", _PLAN.noise, "spread of chance changes of the actuation", 0.0, 10.0)
+SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
+    "beam": (
+        _whole("starts", _PLAN.starts, "initial states that are tried", 1, 1_000_000),
+        _whole("width", _PLAN.width, "scripts kept for each start", 1, 10_000),
     ),
-    "width": Setting(
-        "width",
-        1.0,
-        "scripts kept for each start",
-        (),
-        "a whole number from 1 to 10,000",
-        lambda x: x == int(x) and 1 <= x <= 10_000,
+    "descend": (
+        _whole("seeds", _PLAN.seeds, "scripts improved side by side", 1, 1000),
+        _whole("window", _PLAN.window, "frames improved at a time", 1, LONGEST_STORY),
+        _between("overlap", _PLAN.overlap, "share that the next window improves again", 0, 0.95),
+        _whole("steps", _PLAN.steps, "steps of the optimiser in a window", 1, 100_000),
+        _between("rate", _PLAN.rate, "step size of adam", 1e-6, 100.0),
+        _between("bound", _PLAN.bound, "the largest change of an actuation", 1e-3, 100.0),
+        _between("damping", _PLAN.damping, "share of the gradient that a frame lets by", 0.0, 1.0),
+        Setting("optimiser", _PLAN.optimiser, "without a bound", ("adam", "lbfgs", "ncg")),
+        _NOISE,
     ),
+    "naive": (_NOISE,),
 }
 
 
@@ -49,9 +63,9 @@ class Settings:
 
     def read(
         self, arguments: tuple[ast.Argument, ...], known: dict[str, Setting], owner: str
-    ) -> tuple[tuple[str, float | str], ...]:
+    ) -> Values:
         """The values of the settings that are given, sorted by name."""
-        found: dict[str, float | str] = {}
+        found: dict[str, SettingValue] = {}
         given: dict[str, Span] = {}
         listed = f"settings: {', '.join(known)}" if known else f"`{owner}` has no settings"
         for argument in arguments:
@@ -73,7 +87,7 @@ class Settings:
                     found[name] = value
         return tuple(sorted(found.items()))
 
-    def value(self, setting: Setting, node: ast.Expr) -> float | str | None:
+    def value(self, setting: Setting, node: ast.Expr) -> SettingValue | None:
         if setting.choices:
             word = ""
             if isinstance(node, ast.Name | ast.Text):
@@ -84,6 +98,8 @@ class Settings:
             message = f"`{setting.name}` cannot be `{shorten(node.span.text)}`"
             self.problem("setting", message, node.span, hint)
             return None
+        if setting.accepts_all is not None or isinstance(node, ast.SetOf):
+            return self.numbers(setting, node)
         try:
             value = self.elaborator.constant(node, self.env)
         except Stop:
@@ -93,6 +109,25 @@ class Settings:
             self.problem("setting", message, node.span)
             return None
         return value
+
+    def numbers(self, setting: Setting, node: ast.Expr) -> tuple[float, ...] | None:
+        """A set of numbers, sorted."""
+        accepts = setting.accepts_all
+        if accepts is None or not isinstance(node, ast.SetOf):
+            found, wanted = ("a number", "a set") if accepts else ("a set", "a number")
+            hint = f"write `{setting.name} = {{a, b}}`" if accepts else None
+            message = f"`{setting.name}` must be {wanted}, not {found}"
+            self.problem("setting", message, node.span, hint)
+            return None
+        try:
+            values = tuple(self.elaborator.constant(item, self.env) for item in node.items)
+        except Stop:
+            return None
+        if not accepts(values):
+            message = f"`{setting.name}` must be {setting.valid_range}"
+            self.problem("setting", message, node.span)
+            return None
+        return tuple(sorted(values))
 
     # Audiences.
 
@@ -122,7 +157,7 @@ class Settings:
 
     def observer(self, arguments: tuple[ast.Argument, ...]) -> Observer:
         world = self.elaborator.world.settings
-        known = {k: s for k, s in world.items() if k in OBSERVER_SETTINGS}
+        known = {k: world[k] for k in self.elaborator.world.observer_settings}
         known["prior"] = Setting("prior", 1.0, "the weight of each hypothesis")
         priors = [a for a in arguments if a.name is not None and a.name.id == "prior"]
         for extra in priors[1:]:
@@ -158,14 +193,21 @@ class Settings:
         if statement is None:
             return SearchPlan() if enumerable else SearchPlan("descend")
         name = statement.name.id
-        if name not in SEARCHES:
-            hint = did_you_mean(name, SEARCHES)
+        if name not in SEARCH_SETTINGS:
+            words = tuple(SEARCH_SETTINGS)
+            hint = did_you_mean(name, words) or "searches: " + ", ".join(words)
             self.problem("search", f"there is no search `{name}`", statement.name.span, hint)
         elif name == "descend" and enumerable:
             message = "`descend` needs continuous actions; this world's can be listed"
             self.problem("search", message, statement.name.span, "use `beam`")
+        elif name == "beam" and not enumerable:
+            message = "`beam` needs actions that can be listed; this world's are continuous"
+            self.problem("search", message, statement.name.span, "use `descend`")
         else:
-            known = BEAM_SETTINGS if name == "beam" else {}
+            # A listed world has no continuous actuation that noise could change.
+            offered = () if name == "naive" and enumerable else SEARCH_SETTINGS[name]
+            known = {s.name: s for s in offered}
             values = dict(self.read(statement.settings, known, f"search {name}"))
-            return SearchPlan(name, **{k: int(v) for k, v in values.items()})
-        return SearchPlan()
+            kinds = {k: type(getattr(_PLAN, k)) for k in values}
+            return SearchPlan(name, **{k: kinds[k](v) for k, v in values.items()})
+        return SearchPlan() if enumerable else SearchPlan("descend")

@@ -2,30 +2,52 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from i2pdsl.errors import Diagnostic, Source
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.scope import Module
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary
 
 
 @dataclass(frozen=True)
 class Observer:
     """One simulated viewer: the world's settings replaced, and a prior weight per hypothesis."""
 
-    settings: tuple[tuple[str, float | str], ...] = ()
+    settings: Settings = ()
     prior: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """How to look for the script."""
+    """How to look for the script: what is given in `search METHOD(...)`.
+
+    Attributes:
+        starts, width: of a beam: initial states, and scripts kept for each.
+        seeds: scripts that a descent improves side by side; the best is the result.
+        window: frames that it improves at a time, before it goes on from where they end.
+        overlap: share of a window that the next one improves again, from where it will stand.
+        steps, rate: of each window's optimisation.
+        bound: the largest change of an actuation; infinite where there is none.
+        damping: how much of a state's gradient each frame lets through.
+        optimiser: adam, lbfgs or ncg.
+        noise: spread of the changes that a descent begins with, or a naive rollout has.
+    """
 
     method: str = "beam"
     starts: int = 500
     width: int = 1
+    seeds: int = 8
+    window: int = 100
+    overlap: float = 0.5
+    steps: int = 15
+    rate: float = 0.05
+    bound: float = math.inf
+    damping: float = 1.0
+    optimiser: str = "adam"
+    noise: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -42,7 +64,7 @@ class TypedStory:
     name: str
     source: Source
     world: str
-    settings: tuple[tuple[str, float | str], ...]
+    settings: Settings
     vocabulary: Vocabulary
     length: int
     start: ty.Typed | None

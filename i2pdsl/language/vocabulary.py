@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 Value = float | str | bool
+SettingValue = float | str | tuple[float, ...]
+Settings = tuple[tuple[str, SettingValue], ...]
+"""Settings with their values, sorted by name."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +44,44 @@ class Predicate:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or word of the world that a story may replace.
+    """A number, a word or a set of numbers of the world that a story may replace.
 
-    `choices` for words; for numbers `accepts` says which are valid, `valid_range` says it in words.
+    `choices` for words; for numbers `accepts`, for a set `accepts_all` says which are valid, and
+    `valid_range` says it in words. One that `reshapes` changes the hypotheses.
     """
 
     name: str
-    default: float | str
+    default: SettingValue
     documentation: str
     choices: tuple[str, ...] = ()
     valid_range: str = ""
     accepts: Callable[[float], bool] = field(default=lambda _: False, compare=False)
+    accepts_all: Callable[[tuple[float, ...]], bool] | None = field(default=None, compare=False)
+    reshapes: bool = False
+
+    @property
+    def hint(self) -> str:
+        """What it can be, in words."""
+        return "one of " + ", ".join(self.choices) if self.choices else self.valid_range
+
+    def holds(self, value: object) -> bool:
+        """Whether plain data (of a script file) is a valid value."""
+        if self.choices:
+            return value in self.choices
+        if self.accepts_all is not None:
+            if not isinstance(value, list | tuple):
+                return False
+            numbers = [_number(item) for item in value]
+            known = tuple(n for n in numbers if n is not None)
+            return len(known) == len(value) and self.accepts_all(known)
+        number = _number(value)
+        return number is not None and self.accepts(number)
+
+
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
+        return None
+    return float(value)
 
 
 @dataclass(frozen=True)
@@ -65,6 +95,7 @@ class Vocabulary:
         events: event -> the objects that it can bring.
         places: tile -> its cells (column, row); `columns` x `rows` is the map's size.
         has_rationality, has_plausibility: whether the world has the automatic terms.
+        observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
     """
 
@@ -83,6 +114,7 @@ class Vocabulary:
     events: dict[str, tuple[str, ...]]
     predicates: dict[str, Predicate]
     settings: dict[str, Setting] = field(default_factory=dict)
+    observer_settings: tuple[str, ...] = ()
     free: frozenset[tuple[int, int]] = frozenset()
     has_rationality: bool = True
     has_plausibility: bool = True

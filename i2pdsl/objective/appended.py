@@ -30,7 +30,8 @@ def prepare_rows(
         rows = []
         for turn in turns:
             action, _ = world.act(tables, states, turn)
-            found = world.log_rows(tables, states, action)
+            after = world.transition(tables, states, action)
+            found = world.log_rows(tables, states, action, after)
             rows.append(found[0].__array_namespace__().stack(found, axis=1))
         return params._replace(suffix_rows=tuple(rows))
 

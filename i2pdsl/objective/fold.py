@@ -182,8 +182,9 @@ def _init(
             values.append(zero + own.term(start) if own.node.first == 0 else value)
         frames = None
         if history:
-            rows = [xp.zeros_like(row) for row in world.log_rows(tables, state, state * 0)]
-            first = _first_frame(xp, state, prior, len(rows))
+            action = world.no_action(state)
+            rows = world.log_rows(tables, state, action, state)
+            first = _first_frame(xp, state, action, prior, len(rows))
             frames = Frame(
                 *(xp.broadcast_to(part[None], (length + 1, *part.shape)) for part in first)
             )
@@ -198,12 +199,12 @@ def _init(
     return init
 
 
-def _first_frame(xp: Any, state: Array, prior: Array, observed: int) -> Frame:
+def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: int) -> Frame:
     """The start as frame 0: no action, and the prior as its belief."""
     rows = xp.zeros((observed, *prior.shape), dtype=prior.dtype)
     number = xp.zeros((), dtype=xp.int32)
     state = xp.asarray(state)
-    return Frame(number, state, xp.zeros_like(state), state, prior, prior, rows, rows)
+    return Frame(number, state, xp.asarray(action), state, prior, prior, rows, rows)
 
 
 def _step(world: World, sums: list[_Sum], history: bool, weak: bool) -> Callable[..., _Carry]:

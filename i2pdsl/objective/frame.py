@@ -19,8 +19,8 @@ class Frame(NamedTuple):
         number: t.
         before, action, state: the state before, what happened, the state at the end.
         previous, belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
-        expecting: the belief just before each observed action, [..., U, O, H].
-        log_rows: log P(action | H) of each observed action, [..., U, O, H].
+        expecting: the belief just before each observation, [..., U, O, H].
+        log_rows: log P(observation | H) of each, [..., U, O, H].
     """
 
     number: Array
@@ -47,14 +47,14 @@ def observe(
     `rows` are the log-likelihoods of the observed actions, if they are known already.
     """
     xp = belief.__array_namespace__()
-    rows = rows or world.log_rows(tables, state, action)
+    after = world.transition(tables, state, action)
+    rows = rows or world.log_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
     for row in rows:
         expecting.append(current)
         updated = update(current, row, world.forgetting(tables))
         current = xp.where(seen, updated, current)
-    after = world.transition(tables, state, action)
     return Frame(
         number,
         state,

@@ -9,7 +9,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.world import World
 
 
 def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
@@ -32,14 +32,14 @@ def plausibility_weight(story: TypedStory) -> float:
     return story.plausibility if story.vocabulary.has_plausibility else 0.0
 
 
-def story_objective(story: TypedStory, world: GridWorld) -> Objective:
+def story_objective(story: TypedStory, world: World) -> Objective:
     """The compiled objective of a story, automatic terms included."""
     weight = plausibility_weight(story)
     chances = world.weak_chances if weight else ()
     return compile_objective(world, story.length, all_terms(story), weight, chances)
 
 
-def score_script(story: TypedStory, world: GridWorld, frames: Frame) -> float:
+def score_script(story: TypedStory, world: World, frames: Frame) -> float:
     """The objective of a finished script, in doubles."""
     total = sum(
         weight * float(evaluate(world, frames, expression, None))
@@ -48,7 +48,7 @@ def score_script(story: TypedStory, world: GridWorld, frames: Frame) -> float:
     return total + plausibility_weight(story) * implausibility(world, frames)
 
 
-def implausibility(world: GridWorld, frames: Frame) -> float:
+def implausibility(world: World, frames: Frame) -> float:
     """-(p_hat - p)^2 of each weak character, p_hat being the share of attempts that succeeded.
 
     0 for one who made no attempt.

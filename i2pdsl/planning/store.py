@@ -43,3 +43,8 @@ def save(
     except OSError as problem:
         if say is not None:
             say(f"the plan could not be cached: {problem}")
+
+
+def remove(name: str) -> None:
+    """Forgets what is stored under a name."""
+    (cache_folder("plans") / f"{name}-v{VERSION}.npz").unlink(missing_ok=True)

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
 
 from i2pdsl.render.choreography import Film, Key, choreograph, sample
+from i2pdsl.render.lettering import caption_svg, heading_svg, text_svg, wrapped
 from i2pdsl.render.raster import text_width
 from i2pdsl.render.scene import (
-    FONTS,
     MARGIN,
     actor_svg,
     mark_svg,
@@ -131,14 +130,14 @@ def comic_svg(
     if captions is not None and len(captions) != len(frames):
         raise ValueError(f"{len(frames)} frames, but {len(captions)} captions")
     film = choreograph(stage, script)
-    columns = columns or _columns(len(frames))
+    columns = columns or columns_of(len(frames))
     wish = min(max(27.0 * (stage.width + 2 * MARGIN), 250.0), 600.0)
     cell = min(wish / (stage.width + 2 * MARGIN), 62.0)
     panel_width, panel_height = scene_size(stage, cell)
     slot = max(panel_width, 180.0)
     tags = ["start" if t == 0 else str(t) for t in frames]
     room = slot - max((text_width(tag, TEXT, True) for tag in tags), default=0) - 30
-    texts = [_wrap(text, TEXT, room) for text in captions or [""] * len(frames)]
+    texts = [wrapped(text, TEXT, room) for text in captions or [""] * len(frames)]
     band = 14 + 1.3 * TEXT * max((len(lines) for lines in texts), default=1)
     top = GUTTER + (TITLE * 1.6 if title else 0.0)
 
@@ -154,7 +153,7 @@ def comic_svg(
             f'<use href="#room"/>{_panel(stage, film, since, t, cell)}</g>'
             f'<rect x="{(slot - panel_width) / 2:g}" width="{panel_width:g}" '
             f'height="{panel_height:g}" fill="none" stroke="{INK}" stroke-width="2"/>'
-            f"{_caption(tag, lines, panel_height)}</g>"
+            f"{caption_svg(tag, lines, panel_height, TEXT)}</g>"
         )
     rows = -(-len(frames) // columns)
     width = GUTTER + columns * (slot + GUTTER)
@@ -162,8 +161,7 @@ def comic_svg(
     height = bottom + 1.2 * TEXT
     heading = ""
     if title:
-        size = min(TITLE, TITLE * (width - 2 * GUTTER) / text_width(title, TITLE, bold=True))
-        heading = _text(GUTTER, GUTTER + 0.85 * TITLE, title, size, True)
+        heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}" '
         f'viewBox="0 0 {width:g} {height:g}"><rect width="100%" height="100%" fill="#fff"/>'
@@ -172,49 +170,9 @@ def comic_svg(
     )
 
 
-def _columns(count: int) -> int:
+def columns_of(count: int) -> int:
     """Panels in a row: four of eight, three of six."""
     return count if count <= 4 else 3 if count in (5, 6, 9) else 4
-
-
-def _text(x: float, y: float, text: str, size: float, bold: bool = False, more: str = "") -> str:
-    weight = ' font-weight="bold"' if bold else ""
-    return (
-        f'<text x="{x:g}" y="{y:g}" {FONTS} font-size="{size:g}"{weight} fill="{INK}"{more}>'
-        f"{escape(text)}</text>"
-    )
-
-
-def _caption(tag: str, lines: Sequence[str], y: float) -> str:
-    """The frame's number in a tag, and the caption beside it."""
-    wide, high = text_width(tag, TEXT, bold=True) + 12, 1.45 * TEXT
-    number = _text(wide / 2, y + 8 + 1.08 * TEXT, tag, TEXT, True, ' text-anchor="middle"')
-    return (
-        f'<rect y="{y + 8:g}" width="{wide:g}" height="{high:g}" rx="4" fill="#ffe9b0" '
-        f'stroke="{INK}" stroke-width="1.4"/>{number}'
-        + "".join(
-            _text(wide + 9, y + 8 + (1.08 + 1.25 * i) * TEXT, line, TEXT)
-            for i, line in enumerate(lines)
-        )
-    )
-
-
-def _wrap(text: str, size: float, room: float) -> list[str]:
-    """A caption broken into at most two lines that fit; what does not fit ends in an ellipsis."""
-    lines, words = [""], text.split()
-    for word in words:
-        longer = f"{lines[-1]} {word}".strip()
-        if text_width(longer, size) <= room or not lines[-1]:
-            lines[-1] = longer
-        else:
-            lines.append(word)
-    if len(lines) > 2:
-        lines = [lines[0], f"{lines[1]} …"]
-    for i, line in enumerate(lines):
-        while len(line) > 2 and text_width(line, size) > room:
-            line = line[:-2].rstrip(" …") + "…"
-        lines[i] = line
-    return lines
 
 
 # ------------------------------------------------------------------------------ inside a panel
@@ -381,6 +339,6 @@ def _legend(width: float, y: float) -> str:
     x, parts = width - GUTTER - wide, []
     for words, (icon, room) in icons.items():
         parts.append(f'<g transform="translate({x:g} {y:g})">{icon}</g>')
-        parts.append(_text(x + room + 8, y, words, size))
+        parts.append(text_svg(x + room + 8, y, words, size))
         x += room + text_width(words, size) + 28
     return "".join(parts)

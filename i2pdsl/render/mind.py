@@ -49,6 +49,7 @@ MARKERS = ("o", "s", "^", "D")
 
 PANELS_MAX = 8
 INK, FAINT, GRID = "#1d1e24", "#5c5e6a", "#e3e4ea"
+WINDOW = "#e8b64c"  # shades a stretch of time, under the curves
 
 # Inches: the plot itself, and the room around it.
 PLOT_WIDTH, PLOT_HEIGHT = 1.7, 1.45
@@ -106,6 +107,19 @@ class Mark:
     label: str = ""
 
 
+@dataclass(frozen=True)
+class Window:
+    """A stretch of time to shade, from frame `first` to frame `last`, explained by `label`."""
+
+    first: int
+    last: int
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.first < self.last:
+            raise ValueError(f"window {self.label!r} must be of frames 0 <= first < last")
+
+
 def panel_values(panel: Panel, series: Series) -> NDArray[np.float64]:
     """[T + 1] The values as drawn: probabilities cut to 0..1, infinities left out as NaN."""
     values = np.where(np.isfinite(series.values), series.values, np.nan)
@@ -122,6 +136,11 @@ def value_axis(panel: Panel) -> tuple[float, float, tuple[float, ...]]:
     values = np.concatenate([panel_values(panel, series) for series in panel.series])
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    return axis_ticks(low, high)
+
+
+def axis_ticks(low: float, high: float) -> tuple[float, float, tuple[float, ...]]:
+    """An axis that holds low..high: its ends, and its ticks as in `value_axis`."""
     if high - low < 1e-9 * max(1.0, abs(high), abs(low)):  # a flat line sits in the middle
         low, high = low - max(1.0, abs(low) / 2), high + max(1.0, abs(high) / 2)
     rough = (high - low) / 4
@@ -169,6 +188,7 @@ def mind_figure(
     frame: float | None = None,
     marks: Sequence[Mark] = (),
     columns: int | None = None,
+    windows: Sequence[Window] = (),
 ) -> Figure:
     """One to eight panels in a row (more than five: in two), as in the paper.
 
@@ -192,8 +212,9 @@ def mind_figure(
     titles = [_wrap(panel.title, PANEL_SIZE, PLOT_WIDTH + min(rights)) for panel in panels]
     cell_height = ABOVE + 0.16 * (max(map(len, titles)) - 1) + PLOT_HEIGHT + BELOW
     heading = _wrap(title, TITLE_SIZE, width - 2 * EDGE)
-    notes = [f"frame {m.frame:g}: {m.label}" for m in marks if m.label]
-    footing = _wrap("┊ " + "   ┊ ".join(notes), TEXT_SIZE, width - 2 * EDGE) if notes else []
+    notes = [f"┊ frame {m.frame:g}: {m.label}" for m in marks if m.label]
+    notes += [f"▒ frames {w.first} to {w.last}: {w.label}" for w in windows if w.label]
+    footing = _wrap("   ".join(notes), TEXT_SIZE, width - 2 * EDGE) if notes else []
     top = 0.1 + 0.21 * len(heading)
     height = top + rows * cell_height + 0.16 * len(footing)
 
@@ -211,7 +232,7 @@ def mind_figure(
             "\n".join(titles[index]), loc="left", pad=7, size=PANEL_SIZE, weight="bold",
             color=INK, parse_math=False, linespacing=1.2,
         )  # fmt: skip
-        _draw_panel(axes, panel, frame, marks, _says_ylabel(panels, index, columns))
+        _draw_panel(axes, panel, frame, marks, windows, _says_ylabel(panels, index, columns))
     for line, text in enumerate(footing):
         place = (EDGE / width, (0.06 + 0.16 * (len(footing) - 1 - line)) / height)
         figure.text(*place, text, va="bottom", size=TEXT_SIZE, color=FAINT, parse_math=False)
@@ -226,6 +247,7 @@ def save_mind(
     marks: Sequence[Mark] = (),
     columns: int | None = None,
     dpi: int = 200,
+    windows: Sequence[Window] = (),
 ) -> Path:
     """Writes `mind_figure` as .png or .svg, whole or not at all; the same bytes every time."""
     from matplotlib import rc_context
@@ -240,7 +262,7 @@ def save_mind(
     )
     with fixed, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a title may hold any text
-        figure = mind_figure(panels, title, frame, marks, columns)
+        figure = mind_figure(panels, title, frame, marks, columns, windows)
         with atomic_path(path) as temporary:
             figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
     return path
@@ -264,7 +286,12 @@ def _right_room(panel: Panel) -> float:
 
 
 def _draw_panel(
-    axes: Axes, panel: Panel, frame: float | None, marks: Sequence[Mark], says_ylabel: bool
+    axes: Axes,
+    panel: Panel,
+    frame: float | None,
+    marks: Sequence[Mark],
+    windows: Sequence[Window],
+    says_ylabel: bool,
 ) -> None:
     low, high, ticks = value_axis(panel)
     margin = 0.045 * (high - low)
@@ -282,6 +309,8 @@ def _draw_panel(
     axes.set_xlabel("frame", labelpad=2, **text)
     if says_ylabel:
         axes.set_ylabel(_fit(panel.ylabel, TEXT_SIZE, PLOT_HEIGHT), labelpad=3, **text)
+    for window in windows:
+        axes.axvspan(window.first, window.last, color=WINDOW, alpha=0.28, linewidth=0, zorder=0.5)
     for mark in marks:
         axes.axvline(mark.frame, color=FAINT, linewidth=0.9, linestyle=(0, (1, 1.6)), zorder=1.5)
     if frame is not None:

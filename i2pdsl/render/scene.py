@@ -10,7 +10,8 @@ from math import ceil
 from xml.sax.saxutils import escape
 
 from i2pdsl.render.choreography import POSES, Film, Key, sample
-from i2pdsl.render.raster import FONT_FAMILY, text_width
+from i2pdsl.render.lettering import FONTS
+from i2pdsl.render.raster import text_width
 from i2pdsl.render.sprites import (
     INK,
     UTENSIL_DRAWINGS,
@@ -23,7 +24,6 @@ from i2pdsl.render.stage import DIRECTIONS, Actor, Cell, Stage, Tile
 
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
 FOOT = 0.94  # where in its cell an actor stands, from the cell's top
-FONTS = f"font-family=\"'{FONT_FAMILY}', Verdana, sans-serif\""
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
 

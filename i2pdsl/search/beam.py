@@ -21,6 +21,7 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.search.programs import compiled_program
 from i2pdsl.search.rollout import Node, advance, children, root, scores
 from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.world import World
 
 Array = Any
 
@@ -117,7 +118,7 @@ def block_size(
     return max(1, int(BLOCK_BYTES // (per_child * branching * width)))
 
 
-def single_precision(world: GridWorld) -> Any:
+def single_precision(world: World) -> Any:
     """A world's tables as JAX arrays in single precision."""
     return jax.tree.map(_single, world.tables)
 
@@ -131,7 +132,7 @@ def _single(array: np.ndarray) -> Array:
     return jnp.asarray(array)
 
 
-def prepared(world: GridWorld, objective: Objective, tables: Any) -> Params:
+def prepared(world: World, objective: Objective, tables: Any) -> Params:
     """An objective's parameters in single precision, with the tables that are worth their time."""
     params = jax.tree.map(_single, objective.params)
     if not objective.has_suffix:

@@ -6,8 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
+from i2pdsl.worlds.hill.world import HillWorld
 
 _TIE = 1e-9
 
@@ -59,3 +62,17 @@ def naive_rollout(
             state = after if success else state
         actions.append(code)
     return start, np.array(actions), hypothesis
+
+
+def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Trajectory:
+    """A rollout of the hopper's own controller, its actuation changed by chance.
+
+    Args:
+        noise: standard deviation of the changes.
+    """
+    generator = np.random.default_rng(seed)
+    actions = noise * generator.normal(size=(length, MUSCLE_COUNT))
+    states = [world.starts(None)[0]]
+    for action in actions:
+        states.append(world.transition(world.tables, states[-1], action))
+    return Trajectory(actions, np.array(states))

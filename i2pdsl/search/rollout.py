@@ -11,6 +11,7 @@ from i2pdsl.audience.filter import update
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.world import World
 
 Array = Any
 
@@ -25,7 +26,7 @@ class Node(NamedTuple):
     score: Array
 
 
-def root(world: GridWorld, objective: Objective, tables: Any, params: Any, state: Array) -> Node:
+def root(world: World, objective: Objective, tables: Any, params: Any, state: Array) -> Node:
     """The node of an empty script."""
     belief = world.log_prior(tables)
     zero = jnp.zeros((), belief.dtype)
@@ -98,7 +99,7 @@ def scores(
 
 
 def advance(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     tables: Any,
     params: Any,
@@ -107,6 +108,14 @@ def advance(
     score: Array,
 ) -> Node:
     """The node that an action leads to; `score` is what its prefix is worth."""
+    node, _ = follow(world, objective, tables, params, node, action)
+    return node._replace(score=score)
+
+
+def follow(
+    world: World, objective: Objective, tables: Any, params: Any, node: Node, action: Array
+) -> tuple[Node, Frame]:
+    """One frame further: the audience sees it, the objective's fold takes it in."""
     frame = observe(world, tables, node.number + 1, node.state, action, node.belief)
     carry = objective.step(tables, params, node.carry, frame)
-    return Node(frame.number, frame.state, frame.belief, carry, score)
+    return Node(frame.number, frame.state, frame.belief, carry, node.score), frame

@@ -5,11 +5,16 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
 from i2pdsl.worlds.grid.parse import load_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+from i2pdsl.worlds.hill.spec import NAME as HILL
+from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
+
+Spec = GridSpec | HillSpec
 
 
 def world_path(name: str, folder: Path | None) -> Path | None:
@@ -24,17 +29,18 @@ def world_path(name: str, folder: Path | None) -> Path | None:
 
 def builtin_worlds() -> list[str]:
     """The names of the worlds that come with i2pdsl."""
-    return sorted(p.stem for p in (data_folder("stories") / "worlds").glob("*.world"))
+    files = (data_folder("stories") / "worlds").glob("*.world")
+    return sorted([HILL, *(p.stem for p in files)])
 
 
-def find_spec(name: str, folder: Path | None = None) -> GridSpec | None:
+def find_spec(name: str, folder: Path | None = None) -> Spec | None:
     """The description of a world, or None if there is none of this name.
 
     Raises StoryError if the file has mistakes.
     """
     path = world_path(name, folder)
     if path is None:
-        return None
+        return HillSpec() if name == HILL else None
     return _load(path, path.stat().st_mtime_ns)
 
 
@@ -43,10 +49,19 @@ def _load(path: Path, _modified: int) -> GridSpec:
     return load_world(path)
 
 
-def find_vocabulary(name: str, folder: Path | None = None) -> Vocabulary | None:
-    """A world's vocabulary. `NAME?hypotheses=literal` asks for another reading of them."""
-    name, _, reading = name.partition("?hypotheses=")
+def vocabulary_of(spec: Spec) -> Vocabulary:
+    """The words of a world, with its settings."""
+    return hill_vocabulary(spec) if isinstance(spec, HillSpec) else grid_vocabulary(spec)
+
+
+def find_vocabulary(
+    name: str, folder: Path | None = None, settings: Settings = ()
+) -> Vocabulary | None:
+    """A world's vocabulary, or None if there is no such world.
+
+    Raises StoryError if its file has mistakes.
+    """
     spec = find_spec(name, folder)
     if spec is None:
         return None
-    return grid_vocabulary(spec.with_settings({"hypotheses": reading}) if reading else spec)
+    return vocabulary_of(spec.with_settings(dict(settings)) if settings else spec)

@@ -4,13 +4,22 @@ that one compiled program serves all worlds of the same shape."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Any, NamedTuple, NoReturn, Protocol
 
 from i2pdsl.language.typed import Turn
 from i2pdsl.language.vocabulary import Vocabulary
 
 Array = Any
 Tables = Any
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """One observer of a world: the world as he believes it works, and his prior [H] or None."""
+
+    spec: Any
+    prior: tuple[float, ...] | None = None
 
 
 class Branches(NamedTuple):
@@ -33,12 +42,24 @@ class Branches(NamedTuple):
 class World(Protocol):
     """What the audience, the objective and the searches ask of a world.
 
-    States and actions are arrays with any leading axes; O observers, H hypotheses, U observed
+    States and actions are arrays with any leading axes (and one of their own where they are
+    vectors); O observers, H hypotheses, U observed
     actions in a frame.
     """
 
     @property
     def name(self) -> str: ...
+
+    @property
+    def spec(self) -> Any:
+        """The world as data: a GridSpec or a HillSpec."""
+
+    @property
+    def weak_chances(self) -> tuple[float, ...]:
+        """The success probabilities of the weak characters."""
+
+    def starts(self, condition: Any) -> Array:
+        """The initial states that fulfil a `start` condition."""
 
     @property
     def vocabulary(self) -> Vocabulary: ...
@@ -64,11 +85,17 @@ class World(Protocol):
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""
 
+    def no_action(self, state: Array) -> Array:
+        """An action of the right shape for frame 0, which has none."""
+
     def transition(self, tables: Tables, state: Array, action: Array) -> Array:
         """The state after an action; chance outcomes are part of the action."""
 
-    def log_rows(self, tables: Tables, state: Array, action: Array) -> tuple[Array, ...]:
-        """log P(observed action | H) for each observed action of the frame, [..., O, H] each."""
+    def log_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        """log P(what is observed | H) for each observation of the frame, [..., O, H] each: of
+        each character's action in a grid, of the state `after` it where bodies move."""
 
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
@@ -89,3 +116,20 @@ class World(Protocol):
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
+
+
+class ContinuousWorld:
+    """What worlds lack whose states and actions cannot be listed. The checker refuses stories
+    that would need it."""
+
+    def all_states(self, tables: Tables) -> NoReturn:
+        raise NotImplementedError("states cannot be listed")
+
+    def act(self, tables: Tables, state: Array, turn: Turn) -> NoReturn:
+        raise NotImplementedError("actions have no names")
+
+    def turns(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
+
+    def attempts(self, tables: Tables, state: Array, action: Array) -> NoReturn:
+        raise NotImplementedError("nobody's actions fail by chance")

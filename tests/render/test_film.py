@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from i2pdsl.render import film as module
+from i2pdsl.render import video
 from i2pdsl.render.choreography import choreograph
 from i2pdsl.render.film import film_frames, frame_times, save_gif, save_mp4
 from i2pdsl.render.raster import svg_rgba
@@ -110,7 +110,7 @@ def test_a_failure_leaves_nothing_behind(tmp_path, save, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     assert path.read_bytes() == b"old"
 
-    monkeypatch.setattr(module, "atomic_path", _nowhere)
+    monkeypatch.setattr(video, "atomic_path", _nowhere)
     with pytest.raises(RuntimeError, match="ffmpeg failed"):
         save(path, STAGE, FILM, cell=20)
 

@@ -4,7 +4,6 @@ import base64
 import hashlib
 import json
 import re
-import shutil
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -279,55 +278,13 @@ def test_player_stays_readable():
 
 # ------------------------------------------------------------------------------ in a browser
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 browser_test = pytest.mark.browser
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
-def show(chromium, tmp_path):
-    """Opens a page; at the end, no message and no request beyond the file itself is allowed."""
-    contexts, trouble = [], []
-
-    def open_page(text=None, width=1280, height=900, motion="reduce", **settings):
-        path = tmp_path / f"page-{len(contexts)}.html"
-        path.write_text(text or page(), encoding="utf-8")
-        context = chromium.new_context(
-            viewport={"width": width, "height": height}, reduced_motion=motion, **settings
-        )
-        contexts.append(context)
-        shown = context.new_page()
-        shown.on("console", lambda message: trouble.append(message.text))
-        shown.on("pageerror", lambda error: trouble.append(str(error)))
-        shown.on("request", lambda r: r.url == path.as_uri() or trouble.append(r.url))
-        shown.goto(path.as_uri())
-        return shown
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert trouble == []
+def show(open_page):
+    """Opens a page in Chromium: the text, or else the usual film's."""
+    return lambda text=None, **settings: open_page(text or page(), **settings)
 
 
 def scrub(shown, time):
@@ -359,7 +316,6 @@ def panel_numbers(shown, index):
 
 
 @browser_test
-@needs_chromium
 def test_play_moves_and_space_stops(show):
     shown = show()
     still = transform(shown)
@@ -381,7 +337,6 @@ def test_play_moves_and_space_stops(show):
 
 
 @browser_test
-@needs_chromium
 def test_plays_by_itself_to_the_end_and_again(show):
     shown = show(motion="no-preference")
     shown.get_by_role("button", name="Pause").wait_for()
@@ -395,7 +350,6 @@ def test_plays_by_itself_to_the_end_and_again(show):
 
 
 @browser_test
-@needs_chromium
 def test_every_frame_shows_the_script_exactly(show):
     shown, script = show(), helping()
     states = [script["start"], *(frame["state"] for frame in script["frames"])]
@@ -413,7 +367,6 @@ def test_every_frame_shows_the_script_exactly(show):
 
 
 @browser_test
-@needs_chromium
 def test_between_frames_the_player_interpolates_as_python_does(show):
     shown, film = show(), choreograph(kitchen(), helping())
     rng = np.random.default_rng(0)
@@ -443,7 +396,6 @@ def drawing_order(shown):
 
 
 @browser_test
-@needs_chromium
 def test_step_buttons_and_keys(show):
     shown = show()
     forward, back = (shown.get_by_role("button", name=n) for n in ("Forward", "Back"))
@@ -475,7 +427,6 @@ def test_step_buttons_and_keys(show):
 
 
 @browser_test
-@needs_chromium
 def test_speed_by_key_and_by_choice(show):
     shown = show()
     chosen = lambda: shown.locator("[name=speed]:checked").get_attribute("value")
@@ -490,7 +441,6 @@ def test_speed_by_key_and_by_choice(show):
 
 
 @browser_test
-@needs_chromium
 def test_space_on_a_button_presses_that_button(show):
     shown = show()
     shown.locator("#forward").focus()
@@ -500,7 +450,6 @@ def test_space_on_a_button_presses_that_button(show):
 
 
 @browser_test
-@needs_chromium
 def test_pointing_shows_values_and_pressing_goes_there(show):
     shown = show()
     scrub(shown, 2)
@@ -527,7 +476,6 @@ def test_pointing_shows_values_and_pressing_goes_there(show):
 
 
 @browser_test
-@needs_chromium
 def test_focus_shows_values_and_they_are_spoken(show):
     shown = show()
     plot = shown.get_by_role("slider", name="The cheese's goal")
@@ -545,7 +493,6 @@ def test_focus_shows_values_and_they_are_spoken(show):
 
 
 @browser_test
-@needs_chromium
 def test_dragging_on_a_touch_screen_scrubs(show):
     shown = show(width=360, height=740, has_touch=True, is_mobile=True)
     plot = shown.locator(".plot").nth(1)
@@ -557,7 +504,6 @@ def test_dragging_on_a_touch_screen_scrubs(show):
 
 
 @browser_test
-@needs_chromium
 def test_list_of_happenings_follows_and_leads(show):
     shown = show()
     shown.get_by_text("What happens, frame by frame").click()
@@ -571,7 +517,6 @@ def test_list_of_happenings_follows_and_leads(show):
 
 
 @browser_test
-@needs_chromium
 @pytest.mark.parametrize("width", [320, 360, 768, 1280, 2560])
 @pytest.mark.parametrize("wild", [False, True])
 def test_no_sideways_scrolling(show, width, wild):
@@ -591,7 +536,6 @@ def test_no_sideways_scrolling(show, width, wild):
 
 
 @browser_test
-@needs_chromium
 @pytest.mark.parametrize("index", range(len(HOSTILE)))
 def test_hostile_texts_do_nothing(show, index):
     text = HOSTILE[index]
@@ -609,7 +553,6 @@ def test_hostile_texts_do_nothing(show, index):
 
 
 @browser_test
-@needs_chromium
 def test_everything_that_acts_has_a_name(show):
     shown = show()
     for summary in shown.locator("summary").all():
@@ -634,7 +577,6 @@ def test_everything_that_acts_has_a_name(show):
 
 
 @browser_test
-@needs_chromium
 def test_focus_goes_in_order_and_is_seen(show):
     shown = show()
     order = []
@@ -702,7 +644,6 @@ CONTRAST = """() => {
 
 
 @browser_test
-@needs_chromium
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_contrast_of_texts_and_lines(show, scheme):
     shown = show(color_scheme=scheme)
@@ -717,7 +658,6 @@ def test_contrast_of_texts_and_lines(show, scheme):
 
 
 @browser_test
-@needs_chromium
 def test_without_scripts_the_start_and_the_words_are_there(show):
     shown = show(java_script_enabled=False)
     assert shown.locator('[data-actor="cheese"]').is_visible()

@@ -1,101 +1,16 @@
-// Plays a film: moves the actors along their keyframes and the line along the belief curves.
-// Times are turns: 0 is the start, frame t of the script ends at time t. See choreography.py,
-// whose `sample` this file repeats.
+// Plays a film: draws the stage at each moment and moves the line along the belief curves.
+// Times are frames: 0 is the start, frame t of the script ends at time t. The script before this one
+// defines makeStage(film), whose draw(time) moves the drawing.
 (() => {
   "use strict";
 
   const film = JSON.parse(document.getElementById("film-data").textContent);
   const $ = (id) => document.getElementById(id);
-  const SVG = "http://www.w3.org/2000/svg";
   const SPEEDS = [0.5, 1, 2, 4];
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
   const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 
-  // ------------------------------------------------------------------ keyframes
-
-  const FIELDS = ["x", "y", "angle", "scaleX", "scaleY", "opacity", "lift"];
-
-  const bend = {
-    linear: (u) => u,
-    in: (u) => u * u,
-    out: (u) => 1 - (1 - u) * (1 - u),
-    "in-out": (u) => u * u * (3 - 2 * u),
-    hold: () => 0,
-  };
-
-  // A key is [time, x, y, angle, scale_x, scale_y, opacity, lift, ease, pose].
-  function sample(track, time) {
-    let low = 0;
-    let high = track.length; // the first key later than `time`
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (time < track[middle][0]) high = middle;
-      else low = middle + 1;
-    }
-    const a = track[Math.max(low - 1, 0)];
-    const b = low === 0 ? a : track[Math.min(low, track.length - 1)];
-    const w = a === b ? 0 : bend[a[8]]((time - a[0]) / (b[0] - a[0]));
-    const key = { pose: a[9] };
-    FIELDS.forEach((field, i) => {
-      key[field] = a[i + 1] + w * (b[i + 1] - a[i + 1]);
-    });
-    return key;
-  }
-
-  // ------------------------------------------------------------------ the stage
-
-  const { cell, foot } = film;
-  const scene = $("actors");
-  const cast = film.actors.map((actor, index) => {
-    const find = (part) => scene.querySelector(`[data-index="${index}"][data-part="${part}"]`);
-    return { ...actor, index, shadow: find("shadow"), body: find("actor") };
-  });
-  const marks = film.marks.map((mark) => {
-    const use = document.createElementNS(SVG, "use");
-    use.setAttribute("href", `#${mark.symbol}`);
-    use.style.display = "none";
-    $("marks").append(use);
-    return { ...mark, use };
-  });
-
-  function place(use, key, pivotX, pivotY) {
-    use.setAttribute(
-      "transform",
-      `translate(${(key.x + 0.5) * cell} ${(key.y + pivotY / 100 - key.lift) * cell})` +
-        ` rotate(${key.angle * 360})` +
-        ` scale(${(key.scaleX * cell) / 100} ${(key.scaleY * cell) / 100})` +
-        ` translate(${-pivotX} ${-pivotY})`,
-    );
-    use.setAttribute("opacity", key.opacity);
-  }
-
-  function drawStage() {
-    const seen = cast.map((actor) => ({ actor, key: sample(actor.keys, time) }));
-    for (const { actor, key } of seen) {
-      place(actor.body, key, 50, foot);
-      const href = `#${actor.symbols[key.pose]}`;
-      if (actor.body.getAttribute("href") !== href) actor.body.setAttribute("href", href);
-      // The higher the actor, the smaller and fainter its shadow.
-      const size = key.scaleX / (1 + 0.22 * key.lift);
-      const floor = (key.y + foot / 100 - 0.015) * cell;
-      actor.shadow.setAttribute(
-        "transform",
-        `translate(${(key.x + 0.5) * cell} ${floor}) scale(${size})`,
-      );
-      actor.shadow.setAttribute("opacity", key.opacity / (1 + 0.3 * key.lift));
-    }
-    // Who is nearer hides who is farther; nodes are only moved where the order has changed.
-    seen.sort((p, q) => p.key.y - q.key.y);
-    const order = [...cast.map((actor) => actor.shadow), ...seen.map(({ actor }) => actor.body)];
-    order.forEach((node, i) => {
-      if (scene.children[i] !== node) scene.insertBefore(node, scene.children[i]);
-    });
-    for (const { keys, use } of marks) {
-      const shown = keys[0][0] < time && time < keys[keys.length - 1][0];
-      use.style.display = shown ? "" : "none";
-      if (shown) place(use, sample(keys, time), 50, 50);
-    }
-  }
+  const stage = makeStage(film);
 
   // ------------------------------------------------------------------ the belief curves
 
@@ -155,7 +70,7 @@
   const name = (t) => (t === 0 ? "start" : `frame ${t} of ${T}`);
 
   function draw() {
-    drawStage();
+    stage.draw(time);
     drawCurves();
     const frame = Math.ceil(time - 1e-9); // the one that is happening, or has just ended
     $("scrubber").value = time;
@@ -166,8 +81,9 @@
     $("counter").textContent = `${frame} / ${T}`;
     $("frame-number").textContent = frame === 0 ? "Start" : `Frame ${frame}`;
     $("caption").textContent = film.captions[frame];
+    const begun = lines.filter((line) => Number(line.dataset.frame) <= frame);
     for (const line of lines) {
-      if (Number(line.dataset.frame) === frame) line.setAttribute("aria-current", "step");
+      if (line === begun[begun.length - 1]) line.setAttribute("aria-current", "step");
       else line.removeAttribute("aria-current");
     }
     for (const plot of plots) {
@@ -192,6 +108,7 @@
     if (plot && probed === null) showTip(plot, Math.round(time));
   }
 
+  const leap = Math.max(5, Math.round(T / 40)); // frames
   const step = (by) => seek(by > 0 ? Math.floor(time + 1e-6) + by : Math.ceil(time - 1e-6) + by);
 
   function advance(clock) {
@@ -275,8 +192,8 @@
       ...(slides && {
         ArrowDown: () => step(-1),
         ArrowUp: () => step(1),
-        PageDown: () => step(-5),
-        PageUp: () => step(5),
+        PageDown: () => step(-leap),
+        PageUp: () => step(leap),
       }),
     };
     if (!keys[event.key]) return;

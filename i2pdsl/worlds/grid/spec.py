@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
@@ -129,9 +130,9 @@ class GridSpec:
     def character(self, name: str) -> Character:
         return next(c for c in self.characters if c.name == name)
 
-    def with_settings(self, changes: dict[str, float | str]) -> GridSpec:
+    def with_settings(self, changes: dict[str, Any]) -> GridSpec:
         """The same world with some of its numbers replaced."""
-        return replace(self, settings=replace(self.settings, **changes))  # type: ignore[arg-type]
+        return replace(self, settings=replace(self.settings, **changes))
 
     @cached_property
     def planning_key(self) -> str:

@@ -66,6 +66,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
+        observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
         has_plausibility=any(c.is_weak for c in spec.characters),
         documentation=spec.documentation,
@@ -74,6 +75,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
 
 def _setting(name: str, default: float | str) -> Setting:
     if name in SETTING_WORDS:
-        return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name])
+        reshapes = name == "hypotheses"
+        return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name], reshapes=reshapes)
     accepts, range_ = SETTING_RANGES[name]
     return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)

@@ -26,17 +26,9 @@ from i2pdsl.worlds.grid.planning import (
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches
+from i2pdsl.worlds.world import Branches, Viewer
 
 Array = Any
-
-
-@dataclass(frozen=True)
-class Viewer:
-    """One observer of a world: the world as he believes it works, and his prior [H] or None."""
-
-    spec: GridSpec
-    prior: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -94,7 +86,12 @@ class GridWorld:
     def transition(self, tables: model.Tables, state: Array, action: Array) -> Array:
         return model.transition(tables, self.moves, state, action)
 
-    def log_rows(self, tables: model.Tables, state: Array, action: Array) -> tuple[Array, ...]:
+    def no_action(self, state: Array) -> Array:
+        return state * 0
+
+    def log_rows(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
 
     def is_observed(self, action: Array) -> Array:

@@ -1,0 +1,267 @@
+"""Finished scripts: asked, extended, saved and read."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.audience.replay import evaluate, replay
+from i2pdsl.errors import (
+    Diagnostic,
+    Source,
+    StoryError,
+    did_you_mean,
+    error,
+    shorten,
+    whole_file,
+)
+from i2pdsl.language import typed as ty
+from i2pdsl.language.check import (
+    TypedQuery,
+    TypedStory,
+    check_query,
+    check_source,
+    default_assumption,
+)
+from i2pdsl.language.scope import Module
+from i2pdsl.objective.appended import append_turns
+from i2pdsl.objective.frame import Frame
+from i2pdsl.search.record import Record, Trajectory, read_record
+from i2pdsl.search.script import make_record, read_path
+from i2pdsl.worlds.find import Spec, find_spec, vocabulary_of
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.ready import Watch, ready_world, viewers_of, world_of_rules
+from i2pdsl.worlds.world import Viewer, World
+
+
+@dataclass(frozen=True)
+class Script:
+    """A finished story that can be asked and drawn.
+
+    Attributes:
+        record: the content of its file.
+        world: the planned world.
+        trajectory: states and actions in the world's numbers.
+        module: the names that queries may use: lets, patterns, imports of its story.
+        assumption: the mask over hypotheses that queries are conditioned on.
+        frames: states and beliefs, frame by frame.
+        warnings: of its file, where that could not be taken quite as it is.
+        appended: the turns that its story appends to it (a flashback's last picture).
+    """
+
+    record: Record
+    world: World
+    trajectory: Trajectory
+    module: Module
+    assumption: tuple[bool, ...]
+    frames: Frame
+    warnings: tuple[Diagnostic, ...] = ()
+    appended: tuple[ty.Turn, ...] = ()
+
+    @property
+    def score(self) -> float | None:
+        """The objective that was reached, as the file has it."""
+        return self.record.score
+
+    @property
+    def length(self) -> int:
+        """T, the number of frames."""
+        return len(self.trajectory.actions)
+
+    @staticmethod
+    def load(path: Path | str, watch: Watch | None = None) -> Script:
+        """Reads a script file and holds it against the rules of its world.
+
+        >>> script = Script.load("script.json")
+
+        Raises StoryError, naming the frame, where the world does not allow what it says.
+        """
+        return script_from(read_record(path), Path(path).parent, watch)
+
+    def save(self, path: Path | str) -> Path:
+        """Writes the script as JSON, atomically."""
+        return self.record.save(path)
+
+    def shown(self) -> Script:
+        """The script as viewers see it: with the turns that its story appends, as far as they
+        can happen."""
+        if not self.appended:
+            return self
+        actions, states = list(self.trajectory.actions), list(self.trajectory.states)
+        for turn in self.appended:
+            action, possible = self.world.act(self.world.tables, np.asarray(states[-1]), turn)
+            if not possible:
+                break
+            actions.append(int(action))
+            states.append(
+                int(self.world.transition(self.world.tables, np.asarray(states[-1]), action))
+            )
+        path = Trajectory(np.array(actions), np.array(states))
+        story, settings = self.record.story, self.record.world["settings"]
+        record = make_record(self.world, path, story, settings, self.score)
+        frames = replay(self.world, path.states, path.actions)
+        return replace(self, record=record, trajectory=path, frames=frames, appended=())
+
+    def check(self, expression: str, assume: str | None = None) -> TypedQuery:
+        """Checks a query. Raises StoryError."""
+        return check_query(
+            Source("query", expression),
+            self.world.vocabulary,
+            self.module,
+            self.length,
+            self.assumption,
+            None if assume is None else Source("assume", assume),
+        )
+
+    def query(self, expression: str, assume: str | None = None) -> np.ndarray:
+        """Asks a question of the audience (language.md, "Queries").
+
+        A number (an array without axes) where the expression has no free t; an array over t
+        where it has one; for a bare latent a last axis of the latent's values, in the world's
+        order, without the hypotheses in which it plays no part.
+
+        >>> script.query("P(rho > 0 | script[:t])")          # [T + 1]
+        >>> script.query("P(G_robot | script[:t])")          # [T + 1, values]
+        >>> script.query("P(R_robot | script[:T])", assume="nothing")
+
+        Raises StoryError.
+        """
+        answer = self.answer(self.check(expression, assume))
+        return np.asarray(answer.value)
+
+    def answer(self, query: TypedQuery) -> Answer:
+        """Evaluates a checked query."""
+        self._check_appended(query)
+        with np.errstate(all="ignore"):  # log(0) is an answer: -inf
+            found = evaluate(self.world, self.frames, query.value, query.times)
+        value = np.asarray(found, dtype=float)
+        times = None if query.times is None else list(query.times)
+        if not isinstance(query.value, ty.Distribution):
+            return Answer(times, value, None, None)
+        labels = query.value.partition.labels[:-1]
+        return Answer(times, value[..., :-1], labels, value[..., -1])
+
+    def _check_appended(self, query: TypedQuery) -> None:
+        """Refuses a question about a turn that cannot follow the script's end."""
+        last = Frame(*(part[-1] for part in self.frames))
+        for node in ty.walk(query.value):
+            if isinstance(node, ty.Moment) and node.turns:
+                steps = append_turns(self.world, self.world.tables, node.turns, last)
+                for number, (_, possible) in enumerate(steps, self.length + 1):
+                    if not possible:
+                        message = f"the appended frame {number} cannot happen: its place is taken"
+                        raise error("turn", message, whole_file("query"))
+
+
+def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
+    """The longest sequence of turns that a story's objective appends to its script."""
+    found: tuple[ty.Turn, ...] = ()
+    for _, expression in story.objective:
+        for node in ty.walk(expression):
+            if isinstance(node, ty.Moment) and len(node.turns) > len(found):
+                found = node.turns
+    return found
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer to a query: over `t` if that is not None, and over `labels` for a latent.
+
+    `unknown` is the probability of hypotheses in which the latent plays no part.
+    """
+
+    t: list[int] | None
+    value: np.ndarray
+    labels: tuple[str, ...] | None
+    unknown: np.ndarray | None
+
+    def as_json(self) -> Any:
+        """The `value` of `i2p query --json`."""
+        if self.labels is None:
+            return self.value.tolist()
+        assert self.unknown is not None
+        table = np.concatenate([self.value, self.unknown[..., None]], axis=-1)
+        names = (*self.labels, "unknown")
+        rows = [dict(zip(names, map(float, row), strict=True)) for row in np.atleast_2d(table)]
+        return rows if self.t is not None else rows[0]
+
+
+def script_from(record: Record, folder: Path | None, watch: Watch | None = None) -> Script:
+    """A script from the content of its file, held against its world's rules."""
+    spec = _stored_world(record, folder)
+    story, warnings = _stored_story(record, spec, folder)
+    viewers = viewers_of(spec, story.observers) if story else (Viewer(spec),)
+    path = read_path(world_of_rules(spec), record)  # before planning, which may take long
+    world = ready_world(spec, viewers, watch)
+    module = story.module if story else Module(Source("script", ""))
+    assumption = story.assumption if story else default_assumption(world.vocabulary)
+    frames = replay(world, path.states, path.actions)
+    turns = appended_turns(story) if story else ()
+    return Script(record, world, path, module, assumption, frames, warnings, turns)
+
+
+def _stored_world(record: Record, folder: Path | None) -> Spec:
+    """The world of a script, with its settings. Raises StoryError."""
+    name, text = record.world["name"], record.world["source"]
+    where = whole_file(record.where)
+    spec: Spec | None
+    try:
+        spec = parse_world(Source(f"{name}.world", text), name) if text else find_spec(name, folder)
+    except (OSError, ValueError):  # a name that no file can have
+        spec = None
+    if spec is None:
+        raise error("no-world", f"there is no world `{shorten(name)}`", where)
+    known = vocabulary_of(spec).settings
+    settings: dict[str, Any] = {}
+    for key, value in record.world["settings"].items():
+        if key not in known:
+            message = f"world {spec.name} has no setting `{shorten(key)}`"
+            raise error("script", message, where, did_you_mean(key, known))
+        if not known[key].holds(value):
+            message = f"the setting `{key}` cannot be {shorten(json.dumps(value))}"
+            raise error("script", message, where, f"it can be: {known[key].hint or 'a number'}")
+        settings[key] = _plain(value)
+    return spec.with_settings(settings)
+
+
+def _plain(value: Any) -> Any:
+    """A setting as stories have it: floats for numbers, so that equal worlds are equal."""
+    if isinstance(value, list):
+        return tuple(float(x) for x in value)
+    return value if isinstance(value, str) else float(value)
+
+
+def _stored_story(
+    record: Record, spec: Spec, folder: Path | None
+) -> tuple[TypedStory | None, tuple[Diagnostic, ...]]:
+    """The story that a script was made from, if its text is there and understood.
+
+    It is read against the script's own world, whatever has become of the .world file since. What
+    is said of the story is never an error: it informs. But whoever asks about the script misses
+    its names, its assumption and its audience, so a text that is not understood is warned about.
+    """
+    text, file = record.story.get("source"), record.story.get("file")
+    if not isinstance(text, str) or not text.strip():
+        return None, ()
+    name = file if isinstance(file, str) and file else "story"
+    try:
+        place = Path(name).parent if Path(name).is_file() else folder
+    except OSError:  # a name that no file can have
+        place = folder
+    vocabulary = vocabulary_of(spec)
+    try:
+        checked = check_source(Source(name, text), lambda *_: vocabulary, place)
+    except StoryError as problem:
+        reason = problem.diagnostics[0].message
+    else:
+        if isinstance(checked, TypedStory):
+            return checked, ()
+        reason = "it is a library"
+    message = f"the story stored in the script is not understood: {reason}"
+    hint = "its names, its assumption and its audience are not used"
+    where = whole_file(record.where)
+    return None, (Diagnostic("stored-story", message, where, hint, severity="warning"),)

@@ -1,0 +1,74 @@
+"""Gradient-based minimisers behind one function: optimistix where a variable is free, jaxopt
+where it lies in a box."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+import optax
+import optimistix
+
+Array = Any
+Loss = Callable[[Array], Array]
+
+
+def minimise(
+    loss: Loss, start: Array, optimiser: str, steps: int, rate: float, bound: float | None
+) -> tuple[Array, Array]:
+    """The best point that a minimiser saw, and how many gradients were not finite.
+
+    Args:
+        loss: of one array; finite, or NaN and infinite where it means nothing.
+        optimiser: adam, lbfgs or ncg (nonlinear conjugate gradients), for a free variable.
+        steps: of the optimiser.
+        rate: of adam.
+        bound: each number stays within [-bound, bound]; None for a free variable.
+    """
+    if bound is not None:
+        return _in_box(loss, start, steps, bound), jnp.zeros((), jnp.int32)
+    return _free(loss, start, optimiser, steps, rate)
+
+
+def _free(loss: Loss, start: Array, optimiser: str, steps: int, rate: float) -> tuple[Array, Array]:
+    """By optimistix. Its tolerances are 0, so that all steps are taken."""
+
+    def safe(point: Array, _: None) -> Array:
+        value = loss(point)
+        return jnp.where(jnp.isfinite(value), value, jnp.inf)
+
+    solver: Any
+    if optimiser == "adam":
+        guarded = optax.apply_if_finite(optax.adam(rate), max_consecutive_errors=steps)
+        solver = optimistix.OptaxMinimiser(guarded, rtol=0.0, atol=0.0)
+    elif optimiser == "lbfgs":
+        solver = optimistix.LBFGS(rtol=0.0, atol=0.0)
+    else:
+        solver = optimistix.NonlinearCG(rtol=0.0, atol=0.0)
+    found: Any = optimistix.minimise(
+        safe, optimistix.BestSoFarMinimiser(solver), start, max_steps=steps, throw=False
+    )
+    spoilt = jnp.zeros((), jnp.int32)
+    if optimiser == "adam":
+        spoilt = found.state.state.opt_state.total_notfinite
+    return found.value, spoilt
+
+
+def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> Array:
+    """By jaxopt, which is no longer maintained: optimistix has nothing for boxes yet."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        import jaxopt
+        from jaxopt.projection import projection_box
+
+    def safe(point: Array) -> Array:
+        value = loss(point)
+        return jnp.where(jnp.isfinite(value), value, 1e30)
+
+    solver = jaxopt.ProjectedGradient(
+        fun=safe, projection=projection_box, maxiter=steps, tol=0.0, implicit_diff=False
+    )
+    limits = (jnp.full_like(start, -bound), jnp.full_like(start, bound))
+    return solver.run(jnp.clip(start, *limits), hyperparams_proj=limits).params

@@ -1,0 +1,166 @@
+"""Trained controllers: policy and value networks of one training seed, as files without pickle.
+
+One pair of networks serves all weights that it was trained for: the weight is its last input.
+Those of the default hill ship with the package (`i2p train hill --seed N` made them); others lie
+in the user's cache.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.errors import error, whole_file
+from i2pdsl.planning.networks import Layers
+from i2pdsl.resources import atomic_path, cache_folder
+from i2pdsl.worlds.hill.hopper import NODE_COUNT, initial_state
+from i2pdsl.worlds.hill.spec import HillSpec
+
+FORMAT, VERSION = "i2p-controllers", 1
+SHIPPED = Path(__file__).parent / "controllers"
+POSITION_SCALE = VELOCITY_SCALE = 5.0
+VALUE_SCALE = 100.0
+
+
+@dataclass(frozen=True)
+class Controllers:
+    """What one training came to.
+
+    Attributes:
+        policy: from scaled observation and weight, [77], to the actuation of the muscles, [6].
+        value: from the same to the value divided by VALUE_SCALE, [1].
+        weights: those that were trained, ascending.
+        about: seed, physics, the command, and how well they do; informs only.
+    """
+
+    policy: Layers
+    value: Layers
+    weights: tuple[float, ...]
+    about: dict[str, Any]
+
+
+def weight_input(weights: tuple[float, ...], weight: float) -> float:
+    """The networks' input for a weight: -1 for the lightest of the trained, 1 for the heaviest."""
+    if len(weights) == 1:
+        return 0.0
+    return 2 * (weight - weights[0]) / (weights[-1] - weights[0]) - 1
+
+
+def scaling(slope: float) -> tuple[np.ndarray, np.ndarray]:
+    """(offset, scale), [76] each: networks see (observation - offset) / scale."""
+    x, y = initial_state()[: 2 * NODE_COUNT].reshape(2, NODE_COUNT)
+    offset = np.concatenate([x - x[0], y - np.tan(slope) * x[0], np.zeros(2 * NODE_COUNT)])
+    scale = np.repeat([POSITION_SCALE, VELOCITY_SCALE], 2 * NODE_COUNT)
+    return offset, scale
+
+
+def for_weight(layers: Layers, weights: tuple[float, ...], weight: float) -> Layers:
+    """The network for one weight: its last input folded into the first bias."""
+    (matrix, bias), *rest = layers
+    folded = bias + matrix[:, -1] * weight_input(weights, weight)
+    return ((matrix[:, :-1], folded), *rest)
+
+
+# Files.
+
+
+def file_name(spec: HillSpec, weights: tuple[float, ...], seed: int) -> str:
+    """The name of the file with the controllers of a hill, some weights and a training seed."""
+    return f"{spec.name}-{spec.training_key(weights)}-seed{seed}.npz"
+
+
+def save_controllers(path: Path, found: Controllers) -> None:
+    """Writes controllers atomically, in single precision."""
+    arrays: dict[str, np.ndarray] = {}
+    for name, layers in (("policy", found.policy), ("value", found.value)):
+        for number, (matrix, bias) in enumerate(layers):
+            arrays[f"{name}_{number}_matrix"] = np.asarray(matrix, np.float32)
+            arrays[f"{name}_{number}_bias"] = np.asarray(bias, np.float32)
+    about = {"format": FORMAT, "version": VERSION, "weights": found.weights, **found.about}
+    with atomic_path(path) as temporary:
+        np.savez_compressed(temporary, about=np.array(json.dumps(about)), **arrays)  # type: ignore[arg-type]
+
+
+def load_controllers(path: Path) -> Controllers:
+    """Reads controllers. Raises ValueError for what is none, OSError where there is no file."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {key: archive[key] for key in archive.files}
+        about = json.loads(str(arrays["about"]))
+        if about["format"] != FORMAT or about["version"] != VERSION:
+            raise ValueError(f"it is of version {about['version']}, not {VERSION}")
+        weights = tuple(float(w) for w in about["weights"])
+        return Controllers(_layers(arrays, "policy"), _layers(arrays, "value"), weights, about)
+    except OSError:
+        raise
+    except Exception as problem:  # zipfile and NumPy raise a dozen kinds for a damaged file
+        raise ValueError(f"damaged ({problem})") from problem
+
+
+def _layers(arrays: dict[str, np.ndarray], name: str) -> Layers:
+    count = sum(key.startswith(name) and key.endswith("matrix") for key in arrays)
+    layers = tuple(
+        (arrays[f"{name}_{i}_matrix"].astype(float), arrays[f"{name}_{i}_bias"].astype(float))
+        for i in range(count)
+    )
+    if not layers or not all(np.isfinite(m).all() and np.isfinite(b).all() for m, b in layers):
+        raise ValueError(f"the {name} network is not there, or not finite")
+    return layers
+
+
+def find_controllers(
+    spec: HillSpec, seed: int, say: Callable[[str], None] | None = None
+) -> Controllers:
+    """The controllers of a training seed for a hill and the weights that it needs.
+
+    Those trained for more weights serve too. Raises StoryError, naming the command that trains
+    them, where there are none.
+    """
+    for weights in _trained_for(spec, seed):
+        for path in places(spec, weights, seed):
+            try:
+                return load_controllers(path)
+            except OSError:
+                continue
+            except ValueError as problem:
+                if say is not None:
+                    say(f"the controllers {path} are {problem}")
+    shown = ", ".join(f"{w:g}" for w in spec.trained_weights)
+    message = f"no controllers are trained for this hill (weights {shown}; training seed {seed})"
+    command = training_command(spec, seed)
+    raise error("training", message, whole_file(f"world {spec.name}"), f"train them: `{command}`")
+
+
+def _trained_for(spec: HillSpec, seed: int) -> list[tuple[float, ...]]:
+    """The sets of weights that would do: what is needed, else the default hill's."""
+    usual = HillSpec().trained_weights
+    needed = spec.trained_weights
+    return [needed, usual] if set(needed) < set(usual) else [needed]
+
+
+def places(spec: HillSpec, weights: tuple[float, ...], seed: int) -> list[Path]:
+    """Where the file can lie: one's own first."""
+    name = file_name(spec, weights, seed)
+    found = []
+    with suppress(OSError):
+        found.append(cache_folder("controllers") / name)
+    return [*found, SHIPPED / name]
+
+
+def training_command(spec: HillSpec, seed: int) -> str:
+    """The command that trains what a hill needs."""
+    parts = [f"i2p train {spec.name}"]
+    changed = spec.changed_settings()
+    parts += [f"--set {name}={changed[name]:g}" for name in spec.physics if name in changed]
+    if spec.trained_weights != HillSpec().trained_weights:
+        shown = ",".join(f"{w:g}" for w in spec.trained_weights)
+        parts.append(f"--set weights={{{shown}}}")
+    if seed:
+        parts.append(f"--seed {seed}")
+    return " ".join(parts)

@@ -1,0 +1,149 @@
+"""What happens on a hill, and what viewers make of it: pure functions of NumPy or JAX arrays.
+
+States are [..., 76] (x of 19 nodes, y, then the velocities), actions [..., 6]: what is added to
+the controller's own actuation of the muscles (paper, section 4.4). O observers, H hypotheses.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from i2pdsl.planning.networks import Layers, apply_network
+from i2pdsl.worlds.hill import springs
+from i2pdsl.worlds.hill.controllers import VALUE_SCALE
+from i2pdsl.worlds.hill.hopper import GROUPS, MUSCLE_COUNT, Body
+from i2pdsl.worlds.hill.springs import Motion
+
+Array = Any
+
+SOFTNESS = 1.0  # units of height over which the smooth step of `fallen` rises
+
+
+class Tables(NamedTuple):
+    """The numbers of a hill.
+
+    Attributes:
+        body: springs and nodes.
+        mass [N]: of each node, as it is.
+        driver: the policy that acts.
+        offset, scale [76]: networks see (observation - offset) / scale.
+        masses [H, N]: of each node under each hypothesis.
+        policies, values: of each observer and hypothesis; matrices [O, 1, out, in] and biases
+            [O, H, out], or [O, 1, out] where the hypotheses share them.
+        sigma [O]: standard deviation of the comparison.
+        knows [O]: whether an observer knows what the muscles do (`evidence = mass`).
+        log_prior [O, H]; forgetting [O].
+    """
+
+    body: Body
+    mass: Array
+    driver: Layers
+    offset: Array
+    scale: Array
+    masses: Array
+    policies: Layers
+    values: Layers
+    sigma: Array
+    knows: Array
+    log_prior: Array
+    forgetting: Array
+
+
+def seen_by_networks(tables: Tables, motion: Motion) -> Array:
+    """The networks' inputs but the weight, [76, B]."""
+    seen = springs.observation(tables.body, motion)
+    return (seen - tables.offset[:, None]) / tables.scale[:, None]
+
+
+def actuation(tables: Tables, state: Array, action: Array) -> Array:
+    """Of the muscles, [..., 6]: the controller's own and what is added to it."""
+    inputs = seen_by_networks(tables, springs.motion_of(state))
+    own = apply_network(tables.driver, inputs).T
+    return own.reshape(*state.shape[:-1], MUSCLE_COUNT) + action
+
+
+def transition(tables: Tables, state: Array, action: Array) -> Array:
+    """The state after a frame, [..., 76]."""
+    used = actuation(tables, state, action).reshape(-1, MUSCLE_COUNT).T
+    motion, _ = springs.step(tables.body, tables.mass, springs.motion_of(state), used)
+    return springs.state_of(motion, state.shape[:-1])
+
+
+def log_likelihood(tables: Tables, state: Array, action: Array, after: Array) -> Array:
+    """log P(what is seen | H), [..., O, H], up to what is the same for all hypotheses.
+
+    An observer imagines one frame under each hypothesis, with its own mass and controller, from
+    the state before it (Battaglia et al. 2013, DOI 10.1073/pnas.1306572110), and compares:
+    -mean((seen - imagined)^2) / (2 sigma^2) over the 76 numbers of an observation.
+    """
+    xp = state.__array_namespace__()
+    motion = springs.motion_of(state)  # [2, N, B]
+    inputs = seen_by_networks(tables, motion)
+    batch = inputs.shape[-1]
+    observers, hypotheses = tables.log_prior.shape
+    imagined = apply_network(tables.policies, inputs)  # [O, H, 6, B]
+    known = actuation(tables, state, action).reshape(-1, MUSCLE_COUNT).T
+    knows = tables.knows[:, None, None, None]
+    used = xp.where(knows, known, imagined)
+    # One long batch: every observer's every hypothesis of every state.
+    used = used.transpose(2, 0, 1, 3).reshape(MUSCLE_COUNT, -1)
+    shape = (observers, hypotheses, batch)
+    everyone = Motion(*(_repeated(xp, part, shape) for part in motion))
+    mass = xp.broadcast_to(tables.masses.T[:, None, :, None], (tables.masses.shape[1], *shape))
+    predicted, _ = springs.step(tables.body, mass.reshape(mass.shape[0], -1), everyone, used)
+    expected = springs.observation(tables.body, predicted).reshape(-1, *shape)
+    seen = springs.observation(tables.body, springs.motion_of(after))[:, None, None, :]
+    missed = ((seen - expected) ** 2).mean(0)  # [O, H, B]
+    result = -missed / (2 * tables.sigma[:, None, None] ** 2)
+    return result.transpose(2, 0, 1).reshape(*state.shape[:-1], observers, hypotheses)
+
+
+def _repeated(xp: Any, part: Array, shape: tuple[int, int, int]) -> Array:
+    full = (*part.shape[:2], *shape)
+    return xp.broadcast_to(part[:, :, None, None, :], full).reshape(*part.shape[:2], -1)
+
+
+def value(tables: Tables, state: Array) -> Array:
+    """The hopper's value of a state under each hypothesis, [..., O, H]."""
+    inputs = seen_by_networks(tables, springs.motion_of(state))
+    found = VALUE_SCALE * apply_network(tables.values, inputs)[:, :, 0]  # [O, H, B]
+    return found.transpose(2, 0, 1).reshape(*state.shape[:-1], *found.shape[:2])
+
+
+def feature(
+    tables: Tables,
+    name: str,
+    arguments: tuple[Any, ...],
+    state: Array,
+    before: Array | None,
+    action: Array | None,
+) -> Array:
+    """A predicate or quantity of a frame, [...]."""
+    motion = springs.motion_of(state)
+    shape = state.shape[:-1]
+    if name == "fallen":
+        height = springs.head_height(tables.body, motion.position).reshape(shape)
+        return _below(height, springs.HEAD_FALLEN)
+    assert before is not None
+    if name == "effort":
+        return (actuation(tables, before, action) ** 2).mean(-1)
+    (group,) = arguments
+    first = springs.motion_of(before).position
+    gone = springs.ascent(tables.body.slope, first, motion.position, GROUPS[group])
+    return gone.reshape(shape)
+
+
+def _below(height: Array, limit: float) -> Array:
+    """1 where a height is below a limit, else 0.
+
+    Exact; but JAX differentiates a smooth step in its place, so that a descent which is asked to
+    avoid it feels in which direction to go.
+    """
+    xp = height.__array_namespace__()
+    below = xp.where(height < limit, 1.0, 0.0)
+    if xp.__name__ == "numpy":
+        return below
+    from jax.lax import stop_gradient
+
+    smooth = 1 / (1 + xp.exp(xp.clip((height - limit) / SOFTNESS, -30.0, 30.0)))
+    return smooth + stop_gradient(below - smooth)

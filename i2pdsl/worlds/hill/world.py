@@ -1,0 +1,151 @@
+"""A hill, its controllers found and ready: the World protocol over worlds/hill/model.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.language import typed as ty
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.planning.networks import Layers
+from i2pdsl.worlds.hill import model
+from i2pdsl.worlds.hill.controllers import Controllers, find_controllers, for_weight, scaling
+from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, masses
+from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
+from i2pdsl.worlds.world import ContinuousWorld, Viewer
+
+Array = Any
+
+
+@dataclass(frozen=True)
+class HillWorld(ContinuousWorld):
+    """A hill as the audience, the objectives and the searches see it.
+
+    Attributes:
+        spec: the hill as it is; viewers may imagine other controllers.
+        tables: the arrays, in NumPy and doubles (model.Tables).
+    """
+
+    spec: HillSpec
+    tables: model.Tables
+
+    @property
+    def name(self) -> str:
+        return self.spec.name
+
+    @cached_property
+    def vocabulary(self) -> Vocabulary:
+        return hill_vocabulary(self.spec)
+
+    @property
+    def weak_chances(self) -> tuple[float, ...]:
+        """Nobody's actions fail by chance."""
+        return ()
+
+    # The protocol (worlds/world.py).
+
+    def log_prior(self, tables: model.Tables) -> Array:
+        return tables.log_prior
+
+    def forgetting(self, tables: model.Tables) -> Array:
+        return tables.forgetting
+
+    def no_action(self, state: Array) -> Array:
+        return state[..., :MUSCLE_COUNT] * 0
+
+    def transition(self, tables: model.Tables, state: Array, action: Array) -> Array:
+        return model.transition(tables, state, action)
+
+    def log_rows(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return (model.log_likelihood(tables, state, action, after),)
+
+    def is_observed(self, action: Array) -> Array:
+        xp = action.__array_namespace__()
+        return xp.ones(action.shape[:-1], dtype=bool)
+
+    def value(self, tables: model.Tables, who: int, state: Array) -> Array:
+        return model.value(tables, state)
+
+    def feature(
+        self,
+        tables: model.Tables,
+        name: str,
+        arguments: tuple[Any, ...],
+        state: Array,
+        before: Array | None = None,
+        action: Array | None = None,
+    ) -> Array:
+        return model.feature(tables, name, arguments, state, before, action)
+
+    def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The checker's numbers of characters and things as names of groups of nodes."""
+        return tuple((HOPPER, BOX)[a] for a in arguments)
+
+    def starts(self, condition: ty.Typed | None) -> np.ndarray:
+        """The initial states, [1, 76]: there is one."""
+        return initial_state()[None]
+
+    def actuation(self, state: Array, action: Array) -> Array:
+        """What the muscles do in a frame, [..., 6]."""
+        return model.actuation(self.tables, state, action)
+
+
+def build_hill(
+    spec: HillSpec,
+    viewers: tuple[Viewer, ...] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> HillWorld:
+    """Finds the controllers of a hill and of its viewers.
+
+    Raises StoryError where some are not trained.
+    """
+    viewers = viewers or (Viewer(spec),)
+    found: dict[int, Controllers] = {}
+    for each in (spec, *(v.spec for v in viewers)):
+        number = each.settings.controller
+        if number not in found:
+            found[number] = find_controllers(each, number, say)
+    weights = spec.settings.weights
+    driver = found[spec.settings.controller]
+    offset, scale = scaling(spec.settings.slope)
+    imagined = [found[v.spec.settings.controller] for v in viewers]
+    rows = len(weights)
+    priors = [v.prior or (1 / rows,) * rows for v in viewers]
+    with np.errstate(divide="ignore"):
+        log_prior = np.log(np.array(priors))
+    tables = model.Tables(
+        body=build_body(spec),
+        mass=masses(spec, spec.settings.weight),
+        driver=for_weight(driver.policy, driver.weights, spec.settings.weight),
+        offset=offset,
+        scale=scale,
+        masses=np.stack([masses(spec, w) for w in weights]),
+        policies=_for_viewers([(c.policy, c.weights) for c in imagined], weights),
+        values=_for_viewers([(c.value, c.weights) for c in imagined], weights),
+        sigma=np.array([float(v.spec.settings.sigma) for v in viewers]),
+        knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
+        log_prior=log_prior,
+        forgetting=np.array([float(v.spec.settings.forgetting) for v in viewers]),
+    )
+    return HillWorld(spec, tables)
+
+
+def _for_viewers(
+    networks: list[tuple[Layers, tuple[float, ...]]], weights: tuple[float, ...]
+) -> Layers:
+    """Networks of all viewers, their first bias being that of each hypothesis."""
+    folded = [[for_weight(layers, trained, w) for w in weights] for layers, trained in networks]
+    layers = []
+    for number in range(len(networks[0][0])):
+        matrix = np.stack([viewer[0][number][0] for viewer in folded])[:, None]
+        count = len(weights) if number == 0 else 1
+        bias = np.stack([np.stack([h[number][1] for h in viewer[:count]]) for viewer in folded])
+        layers.append((matrix, bias))
+    return tuple(layers)
