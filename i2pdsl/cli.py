@@ -360,7 +360,7 @@ def make(
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
             place = Path(part["script"]).parent
             title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
-            draw(script, place, formats, part["files"], title)
+            draw([script], place, formats, part["files"], title)
     except KeyboardInterrupt:
         click.echo("interrupted: the script is kept, not all its pictures are drawn", err=True)
         finished = False
@@ -377,7 +377,7 @@ def make(
 
 
 def draw(
-    script: Script,
+    scripts: list[Script],
     folder: Path,
     formats: tuple[str, ...],
     files: dict[str, str],
@@ -387,11 +387,12 @@ def draw(
     if not formats:
         return
     from i2pdsl.progress import Bars
-    from i2pdsl.render.pictures import Pictures
+    from i2pdsl.render.pictures import pictures_of
 
+    pictures = pictures_of(scripts, title)
     with Bars() as bars:
         try:
-            for name, path in Pictures(script, title).drawn(folder, formats, bars.drawing):
+            for name, path in pictures.drawn(folder, formats, bars.drawing):
                 files[name] = str(path)
         except RuntimeError as problem:  # of ffmpeg: a full disk, most likely
             raise OSError(str(problem)) from problem
@@ -407,22 +408,35 @@ def report(result: dict[str, Any]) -> None:
 
 
 @program.command()
-@click.argument("script", type=click.Path())
+@click.argument("scripts", nargs=-1, required=True, type=click.Path())
 @click.option(
     "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
 )
 @click.option(
-    "--out", type=click.Path(file_okay=False), help="Folder; default: the script's, or out/STORY."
+    "--out", type=click.Path(file_okay=False), help="Folder; default: the script's, or in out/."
 )
 @click.option("--seed", type=click.IntRange(0), default=0, help="Where a story is given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
-def render(script: str, formats: tuple[str, ...], out: str | None, seed: int, as_json: bool) -> int:
-    """Draw the pictures of a finished script, or of a story that is solved first."""
+def render(
+    scripts: tuple[str, ...], formats: tuple[str, ...], out: str | None, seed: int, as_json: bool
+) -> int:
+    """Draw the pictures of a finished script, or of a story that is solved first.
+
+    Several scripts of the hill are drawn side by side, in the same time.
+    """
     if out is not None:
         check_writable(Path(out))
-    solved, status = script_or_story(script, seed)
-    is_file = solved.record.where == script
-    beside = Path(script).parent if is_file else Path("out", str(solved.record.story["name"]))
+    status, solved = DONE, []
+    for name in scripts:
+        found, ended = script_or_story(name, seed)
+        solved.append(found)
+        status = max(status, ended)
+    if len(solved) > 1:
+        beside = Path("out", "together")
+    elif solved[0].record.where == scripts[0]:
+        beside = Path(scripts[0]).parent
+    else:
+        beside = Path("out", str(solved[0].record.story["name"]))
     folder = Path(out) if out is not None else beside
     files: dict[str, str] = {}
     try:
@@ -431,7 +445,8 @@ def render(script: str, formats: tuple[str, ...], out: str | None, seed: int, as
         click.echo("interrupted: not all pictures are drawn", err=True)
         status = INTERRUPTED
     if as_json:
-        output_json({"script": script, "files": files})
+        shown = scripts[0] if len(scripts) == 1 else list(scripts)
+        output_json({"script": shown, "files": files})
     else:
         for path in files.values():
             output(path)

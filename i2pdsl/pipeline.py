@@ -14,7 +14,7 @@ from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language.check import Library, TypedStory, check_source, default_assumption
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.scripts import Answer, Script, appended_turns, script_from
+from i2pdsl.scripts import Answer, Script, appended_turns, script_from, story_windows
 from i2pdsl.search.candidates import select_different
 from i2pdsl.search.naive import depicted_event, hill_rollout, naive_rollout
 from i2pdsl.search.record import Trajectory
@@ -217,8 +217,10 @@ class Story:
         about = {"name": self.typed.name, "file": source.name, "source": source.text, "seed": seed}
         record = make_record(world, path, about, dict(self.typed.settings), score)
         module, assumption = self.typed.module, self.typed.assumption
-        turns = appended_turns(self.typed)
-        return Script(record, world, path, module, assumption, frames, appended=turns)
+        turns, windows = appended_turns(self.typed), story_windows(self.typed)
+        return Script(
+            record, world, path, module, assumption, frames, appended=turns, windows=windows
+        )
 
 
 def trajectory(world: GridWorld, start: int, actions: np.ndarray) -> Trajectory:

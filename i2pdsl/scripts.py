@@ -51,6 +51,7 @@ class Script:
         frames: states and beliefs, frame by frame.
         warnings: of its file, where that could not be taken quite as it is.
         appended: the turns that its story appends to it (a flashback's last picture).
+        windows: the stretches of frames that its story treats otherwise than the rest.
     """
 
     record: Record
@@ -61,6 +62,7 @@ class Script:
     frames: Frame
     warnings: tuple[Diagnostic, ...] = ()
     appended: tuple[ty.Turn, ...] = ()
+    windows: tuple[tuple[int, int, str], ...] = ()
 
     @property
     def score(self) -> float | None:
@@ -167,6 +169,23 @@ def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
     return found
 
 
+def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
+    """The stretches of frames that a story singles out, and what it asks for there: where something in its objective that
+    depends on t alone has another value than before and after, such as the sign of a dip."""
+    found = []
+    for _, expression in story.objective:
+        for node in ty.walk(expression):
+            if not isinstance(node, ty.TimeTable) or len(set(node.values)) != 2:
+                continue
+            inside = np.array(node.values) != node.values[0]
+            edges = np.flatnonzero(np.diff(inside)) + 1
+            if len(edges) == 2:
+                first, end = (int(edge) for edge in edges)
+                kind = "dip" if node.values[first] < node.values[0] else "rise"
+                found.append((node.first + first, node.first + end - 1, kind))
+    return tuple(dict.fromkeys(found))
+
+
 @dataclass(frozen=True)
 class Answer:
     """The answer to a query: over `t` if that is not None, and over `labels` for a latent.
@@ -201,7 +220,8 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
-    return Script(record, world, path, module, assumption, frames, warnings, turns)
+    windows = story_windows(story) if story else ()
+    return Script(record, world, path, module, assumption, frames, warnings, turns, windows)
 
 
 def _stored_world(record: Record, folder: Path | None) -> Spec:

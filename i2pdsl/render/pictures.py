@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.pipeline import Script
+from i2pdsl.errors import error, whole_file
 from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
 from i2pdsl.render.stage import Actor, Stage, Tile
+from i2pdsl.scripts import Script
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.hill.world import HillWorld
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+
+if TYPE_CHECKING:
+    from i2pdsl.render.hill.pictures import HillPictures
 
 FORMATS = ("png", "svg", "gif", "mp4", "html")
 KEY_FRAMES = 8
@@ -32,8 +37,27 @@ def stage_of(spec: GridSpec) -> Stage:
     return Stage(spec.name, spec.rows, tiles, tuple(cast), spec.floor, spec.wall)
 
 
+def pictures_of(scripts: Sequence[Script], title: str | None = None) -> Pictures | HillPictures:
+    """What draws a script, or several scripts of the hill side by side.
+
+    Raises StoryError for several scripts of other worlds.
+    """
+    if all(isinstance(s.world, HillWorld) for s in scripts):
+        from i2pdsl.render.hill.pictures import HillPictures
+        from i2pdsl.render.hill.told import performance_of
+
+        alone = title if len(scripts) == 1 else None
+        return HillPictures([performance_of(s, alone) for s in scripts], title)
+    if len(scripts) > 1:
+        message = "only scripts of the hill are drawn side by side"
+        raise error(
+            "pictures", message, whole_file(scripts[1].record.where), "draw them one by one"
+        )
+    return Pictures(scripts[0], title)
+
+
 class Pictures:
-    """Draws one script; what several pictures share is computed once."""
+    """Draws one script of a grid world; what several pictures share is computed once."""
 
     def __init__(self, script: Script, title: str | None = None):
         self.told = script.length  # later frames are those that the story appends

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hill_performances import SLOPE, performance
 from PIL import Image
 
-from hill_for_tests import SLOPE, performance
 from i2pdsl.render.hill.comic import comic_svg, together_svg
 from i2pdsl.render.hill.figures import CRATES, IDLE, LONG, SHORT, muscle_color, pose_svg, rig
 from i2pdsl.render.hill.film import film_frames, meters, save_gif

@@ -6,8 +6,8 @@ from html import unescape
 
 import numpy as np
 import pytest
+from hill_performances import performance
 
-from hill_for_tests import performance
 from i2pdsl.render.hill.figures import LAYERS, muscle_color, rig
 from i2pdsl.render.hill.page import page_html
 from i2pdsl.render.hill.pictures import compared

@@ -16,7 +16,7 @@ from PIL import Image
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import Script, script_from
 from i2pdsl.render.pictures import UNSURE, Pictures, stage_of
-from i2pdsl.search.script import parse_record
+from i2pdsl.search.record import parse_record
 from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")

@@ -1,0 +1,81 @@
+"""A script of the hill as a performance: what the pictures show of what viewers believe."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from i2pdsl.language.vocabulary import show_value
+from i2pdsl.render.hill.performance import Performance
+from i2pdsl.render.mind import PALETTE, Panel, Series, Window
+from i2pdsl.scripts import Script
+from i2pdsl.worlds.hill.hopper import NODE_COUNT
+from i2pdsl.worlds.hill.springs import FRAME_SECONDS
+from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT
+from i2pdsl.worlds.hill.world import HillWorld
+
+UNSURE = 0.1  # beliefs closer than this are a tie
+# From the heaviest to the lightest; dashes and labels tell them apart too.
+_COLORS = ("#c65102", "#0068b0", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
+
+
+def performance_of(script: Script, title: str | None = None) -> Performance:
+    """What a script of the hill looks like, with the curves that belong to it."""
+    world = script.world
+    assert isinstance(world, HillWorld)
+    states = script.trajectory.states
+    positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
+    beliefs = _beliefs(script)
+    return Performance(
+        title=title or str(script.record.story.get("name") or world.name),
+        slope=world.spec.settings.slope,
+        positions=positions,
+        actuation=world.actuation(states[:-1], script.trajectory.actions),
+        weight=world.spec.settings.weight,
+        panels=(beliefs, *_curves(script)),
+        windows=tuple(Window(*window) for window in script.windows),
+        captions=[_caption(beliefs, t) for t in range(len(states))],
+        source=str(script.record.story.get("source") or ""),
+        frame_seconds=FRAME_SECONDS,
+    )
+
+
+def _beliefs(script: Script) -> Panel:
+    """The probability of each weight, from the heaviest."""
+    weights = script.world.vocabulary.latents[WEIGHT].values
+    curves = script.query(f"P({WEIGHT} | script[:t])", assume="nothing").T
+    names = [f"weight {show_value(w)}" for w in weights]
+    if len(weights) == 2:
+        names = [f"light ({show_value(weights[0])})", f"heavy ({show_value(weights[1])})"]
+    pairs = list(zip(names, curves, strict=True))[::-1]
+    series = tuple(
+        Series(name, np.asarray(curve), _COLORS[i % len(_COLORS)])
+        for i, (name, curve) in enumerate(pairs)
+    )
+    return Panel("weight of the box", "probability", series)
+
+
+def _curves(script: Script) -> list[Panel]:
+    """Value, effort and distance over t = 0..T; the quantities of frames are 0 at the start."""
+    found = [
+        ("expected value", "value", "value", script.query(f"E[V({HOPPER}) | script[:t]]")),
+        ("muscle effort", "mean square", "effort", _with_start(script, f"effort({HOPPER})")),
+        ("way of the box", "units", "box", np.cumsum(_with_start(script, "progress(box)"))),
+    ]
+    return [
+        Panel(title, unit, (Series(name, values, PALETTE.get(name, "#4a4a68")),), "value")
+        for title, unit, name, values in found
+    ]
+
+
+def _with_start(script: Script, quantity: str) -> np.ndarray:
+    return np.concatenate([[0.0], script.query(f"[{quantity} @ script[t]]")])
+
+
+def _caption(beliefs: Panel, t: int) -> str:
+    """What viewers believe of the box after frame t, or that they cannot tell."""
+    first, second, *_ = sorted(beliefs.series, key=lambda s: -s.values[t])
+    if first.values[t] - second.values[t] < UNSURE:
+        return "the box: hard to tell"
+    share = first.values[t]
+    shown = "> 99 %" if share >= 0.995 else f"{100 * share:.0f} %"
+    return f"the box is {first.label.partition(' (')[0]} ({shown})"
