@@ -308,9 +308,10 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
         message = "this is a finished script, not a story"
         raise error("not-a-story", message, whole_file(path), hint)
     if settings:
-        known = tuple(story_from(source, folder).typed.vocabulary.settings)
+        words = story_from(source, folder).typed.vocabulary
+        method = "beam" if words.enumerable else "descend"
         for name, value in settings:
-            source = override(source, name, value, known)
+            source = override(source, name, value, tuple(words.settings), method)
     return story_from(source, folder)
 
 
@@ -717,7 +718,9 @@ def plan(world: str, as_json: bool) -> None:
 
 @program.command()
 @click.argument("world", shell_complete=complete_world)
-@click.option("--seed", type=click.IntRange(0), default=0, help="Of the networks and the noise.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=None, help="Default: the world's `controller`."
+)
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Of the world.")
 @click.option("--iterations", type=click.IntRange(1), default=None, help="Default 2400.")
 @click.option("--out", type=click.Path(file_okay=False), help="Folder; default: the cache.")
@@ -725,7 +728,7 @@ def plan(world: str, as_json: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def train(
     world: str,
-    seed: int,
+    seed: int | None,
     settings: tuple[tuple[str, str], ...],
     iterations: int | None,
     out: str | None,
@@ -743,6 +746,7 @@ def train(
         message = f"world {spec.name} is not trained but planned"
         raise error("no-training", message, whole_file(world), f"`i2p plan {spec.name}`")
     spec = spec.with_settings(world_settings(spec, settings))
+    seed = spec.settings.controller if seed is None else seed
     if out is not None:
         check_writable(Path(out))
     from i2pdsl.planning.actor_critic import Recipe
@@ -803,7 +807,7 @@ def world_settings(spec: Any, given: tuple[tuple[str, str], ...]) -> dict[str, A
                 value = tuple(float(part) for part in text[1:-1].split(","))
         if not known[name].holds(value):
             message = f"`{name}` cannot be {text}"
-            raise error("setting", message, where, f"it can be: {known[name].hint}")
+            raise error("setting", message, where, f"it can be: {known[name].possible}")
         found[name] = value
     return found
 

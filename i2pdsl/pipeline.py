@@ -148,9 +148,9 @@ class Story:
                 for actions, states in zip(result.actions, result.states, strict=True)
                 if np.isfinite(states).all()
             ]
-            if not found:
-                raise self._without_value()
         scripts = self._scripts(world, found, seed)
+        if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
+            raise self._without_value()
         watch.add("search", began)
         return Result(tuple(scripts), finished, dict(watch.seconds))
 

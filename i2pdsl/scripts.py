@@ -170,8 +170,11 @@ def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
 
 
 def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
-    """The stretches of frames that a story singles out, and what it asks for there: where something in its objective that
-    depends on t alone has another value than before and after, such as the sign of a dip."""
+    """The stretches of frames that a story singles out, and what it asks for there.
+
+    Where something in its objective that depends on t alone has another value than before and
+    after, such as the sign of a dip.
+    """
     found = []
     for _, expression in story.objective:
         for node in ty.walk(expression):
@@ -243,7 +246,7 @@ def _stored_world(record: Record, folder: Path | None) -> Spec:
             raise error("script", message, where, did_you_mean(key, known))
         if not known[key].holds(value):
             message = f"the setting `{key}` cannot be {shorten(json.dumps(value))}"
-            raise error("script", message, where, f"it can be: {known[key].hint or 'a number'}")
+            raise error("script", message, where, f"it can be: {known[key].possible}")
         settings[key] = _plain(value)
     return spec.with_settings(settings)
 

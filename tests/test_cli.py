@@ -9,54 +9,21 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
+from commands_for_tests import I2P, Outcome, Run, process
 from i2pdsl import cli
 from i2pdsl.cli import DONE, INTERRUPTED, USAGE, WRONG
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import Source, StoryError
 from worlds_for_tests import SMALL_MAP, STORIES, kitchen_text
 
-I2P = [sys.executable, "-m", "i2pdsl"]
 HELP = "world small\nlength 4\nmaximize sum_t P(rho > 0 | script[:t])\n"
 WALK = "world small\nlength 3\nsearch naive\n"
-
-
-class Outcome(NamedTuple):
-    status: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Outcome]
-
-
-@pytest.fixture
-def i2p(capfd: pytest.CaptureFixture[str]) -> Run:
-    """Runs a command in this process."""
-
-    def run(*arguments: str | Path) -> Outcome:
-        capfd.readouterr()
-        status = cli.run_command([str(a) for a in arguments])
-        out, err = capfd.readouterr()
-        assert "Traceback" not in err
-        return Outcome(status, out, err)
-
-    return run
-
-
-def process(*arguments: str | Path, **options: Any) -> Outcome:
-    """Runs a command as a process."""
-    done = subprocess.run(
-        [*I2P, *map(str, arguments)], capture_output=True, text=True, timeout=60, **options
-    )
-    assert "Traceback" not in done.stderr
-    return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 @pytest.fixture(scope="module")

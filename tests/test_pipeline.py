@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import i2pdsl
-from i2pdsl import pipeline
+from i2pdsl import pipeline, scripts
 from i2pdsl.planning import store
 from i2pdsl.resources import cache_folder
 from i2pdsl.search.candidates import APART, distance
@@ -146,7 +146,7 @@ def test_candidates_differ_and_come_best_first(folder: Path) -> None:
 def test_the_examples_of_the_documentation_are_python() -> None:
     """They need planned kitchens and folders of their own, so they are compiled, not run."""
     found = []
-    for module in (i2pdsl, pipeline):
+    for module in (i2pdsl, pipeline, scripts):
         for test in doctest.DocTestFinder().find(module):
             for example in test.examples:
                 compile(example.source, test.name, "single")

@@ -83,8 +83,9 @@ def test_story_says_what_it_expects(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ALL, ids=IDS)
-def test_story_meets_its_expectations_on_three_seeds(path: Path) -> None:
-    check(path, range(3))
+def test_story_meets_its_expectations_on_a_few_seeds(path: Path) -> None:
+    # A descent improves eight scripts at once, and takes longer.
+    check(path, range(3 if story(path).typed.search.method == "beam" else 1))
 
 
 @pytest.mark.slow

@@ -9,15 +9,20 @@ from i2pdsl.language.parse import parse_expression, parse_tolerantly
 from i2pdsl.language.settings import SEARCH_SETTINGS
 
 _STATEMENTS = ("length", "rationality", "plausibility")
-_SEARCH = {s.name: method for method in ("beam", "descend") for s in SEARCH_SETTINGS[method]}
 
 
-def override(source: Source, name: str, value: str, world_settings: tuple[str, ...] = ()) -> Source:
+def override(
+    source: Source,
+    name: str,
+    value: str,
+    world_settings: tuple[str, ...] = (),
+    method: str = "beam",
+) -> Source:
     """The story with `name` set to `value` (an expression, as it would be written).
 
     A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the search
-    (`starts`, `steps`, ...) or of the world (`beta`, ...). Raises StoryError for any other, and
-    for a value that is not one expression.
+    (`starts`, `steps`, ...) or of the world (`beta`, ...). `method` is the world's usual search.
+    Raises StoryError for any other, and for a value that is not one expression.
     """
     where, is_set = f"--set {name}", value.lstrip().startswith("{")
     parse_expression(Source(where, f"0 in {value}" if is_set else value))
@@ -32,17 +37,18 @@ def override(source: Source, name: str, value: str, world_settings: tuple[str, .
             if isinstance(statement, ast.Weight) and statement.term == name:
                 return _replaced(source, statement.value.span, value)
         return Source(source.name, f"{source.text.rstrip()}\n{name} {value}\n")
-    if name in _SEARCH:
+    of_search = tuple(s.name for s in SEARCH_SETTINGS[method])
+    if name in of_search:
         searches = program.of(ast.Search)
         if not searches:
-            line = f"search {_SEARCH[name]}({name} = {value})"
+            line = f"search {method}({name} = {value})"
             return Source(source.name, f"{source.text.rstrip()}\n{line}\n")
         return _with_setting(source, searches[0], name, value)
     worlds = program.of(ast.World)
     if name in world_settings and worlds:
         return _with_setting(source, worlds[0], name, value)
     lets = [let.name.id for let in program.of(ast.Let)]
-    known = (*lets, *_STATEMENTS, *_SEARCH, *world_settings)
+    known = (*lets, *_STATEMENTS, *of_search, *world_settings)
     message = f"--set: the story has no `{name}` to set"
     hint = did_you_mean(name, known) or "known: " + ", ".join(known)
     raise StoryError([Diagnostic("set", message, whole_file(source.name), hint)])

@@ -60,9 +60,9 @@ class Setting:
     reshapes: bool = False
 
     @property
-    def hint(self) -> str:
+    def possible(self) -> str:
         """What it can be, in words."""
-        return "one of " + ", ".join(self.choices) if self.choices else self.valid_range
+        return ", ".join(self.choices) or self.valid_range or "a number"
 
     def holds(self, value: object) -> bool:
         """Whether plain data (of a script file) is a valid value."""

@@ -144,7 +144,7 @@ def improve(environment: Environment, recipe: Recipe, training: Training) -> tup
         return -total.mean() / recipe.horizon, (state, segment)
 
     (_, (state, segment)), gradient = jax.value_and_grad(loss, has_aux=True)(training.policy)
-    finite = jnp.isfinite(optax.global_norm(gradient))
+    finite = jnp.stack([jnp.isfinite(g).all() for g in jax.tree.leaves(gradient)]).all()
     gradient = jax.tree.map(lambda g: jnp.where(finite, g, 0.0), gradient)
     optimiser = policy_optimiser(recipe)
     change, policy_moments = optimiser.update(gradient, training.policy_moments)

@@ -15,7 +15,7 @@ from i2pdsl.search.record import Record, Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, NODE_COUNT
 from i2pdsl.worlds.hill.world import HillWorld
 
-TOLERANCE = 0.01  # units, and units a time: single precision and a rounded decimal are far below
+TOLERANCE = 0.005  # units, and units a time: single precision and a rounded decimal are far below
 _PARTS = ("positions", "velocities")
 
 
@@ -50,7 +50,9 @@ def read_hill(world: HillWorld, record: Record) -> Trajectory:
         size = " x ".join(map(str, shape))
         try:
             found = np.array(value)
-            good = found.shape == shape and found.dtype.kind in "if"
+            parts = np.array(value, dtype=object).reshape(-1)
+            plain = not any(isinstance(part, bool) for part in parts)
+            good = found.shape == shape and found.dtype.kind in "if" and plain
         except ValueError:  # lists of different lengths
             good = False
         if not good or not np.isfinite(found).all() or np.abs(found).max() > 1e9:

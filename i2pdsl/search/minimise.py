@@ -68,7 +68,7 @@ def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> Array:
         return jnp.where(jnp.isfinite(value), value, 1e30)
 
     solver = jaxopt.ProjectedGradient(
-        fun=safe, projection=projection_box, maxiter=steps, tol=0.0, implicit_diff=False
+        fun=safe, projection=projection_box, maxiter=steps, maxls=6, tol=0.0, implicit_diff=False
     )
     limits = (jnp.full_like(start, -bound), jnp.full_like(start, bound))
     return solver.run(jnp.clip(start, *limits), hyperparams_proj=limits).params

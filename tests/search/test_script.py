@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.pipeline import script_from
-from i2pdsl.search.script import make_record, parse_record, read_path, read_record
+from i2pdsl.search.record import parse_record, read_record
+from i2pdsl.search.script import make_record, read_path
 from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")  # P.. / #.G / ...

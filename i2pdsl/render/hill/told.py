@@ -58,8 +58,13 @@ def _curves(script: Script) -> list[Panel]:
     """Value, effort and distance over t = 0..T; the quantities of frames are 0 at the start."""
     found = [
         ("expected value", "value", "value", script.query(f"E[V({HOPPER}) | script[:t]]")),
-        ("muscle effort", "mean square", "effort", _with_start(script, f"effort({HOPPER})")),
-        ("way of the box", "units", "box", np.cumsum(_with_start(script, "progress(box)"))),
+        (
+            "muscle effort",
+            "mean square",
+            "effort",
+            _smooth(_with_start(script, f"effort({HOPPER})")),
+        ),
+        ("distance of the box", "units", "box", np.cumsum(_with_start(script, "progress(box)"))),
     ]
     return [
         Panel(title, unit, (Series(name, values, PALETTE.get(name, "#4a4a68")),), "value")
@@ -69,6 +74,15 @@ def _curves(script: Script) -> list[Panel]:
 
 def _with_start(script: Script, quantity: str) -> np.ndarray:
     return np.concatenate([[0.0], script.query(f"[{quantity} @ script[t]]")])
+
+
+def _smooth(values: np.ndarray) -> np.ndarray:
+    """The mean over the second around each frame: hops come and go within a few frames."""
+    half = round(0.5 / FRAME_SECONDS)
+    total = np.cumsum(np.pad(values, (1, 0)))
+    last = np.arange(len(values))
+    first, end = np.maximum(last - half, 0), np.minimum(last + half + 1, len(values))
+    return (total[end] - total[first]) / (end - first)
 
 
 def _caption(beliefs: Panel, t: int) -> str:

@@ -161,6 +161,4 @@ def training_command(spec: HillSpec, seed: int) -> str:
     if spec.trained_weights != HillSpec().trained_weights:
         shown = ",".join(f"{w:g}" for w in spec.trained_weights)
         parts.append(f"--set weights={{{shown}}}")
-    if seed:
-        parts.append(f"--seed {seed}")
-    return " ".join(parts)
+    return " ".join((*parts, f"--seed {seed}"))

@@ -139,7 +139,7 @@ def looker(spec: HillSpec, weights: tuple[float, ...]) -> Callable[[Layers, int,
 
 def train_hill(
     spec: HillSpec,
-    seed: int = 0,
+    seed: int,
     folder: Path | None = None,
     recipe: Recipe | None = None,
     resume: bool = True,
@@ -171,7 +171,11 @@ def train_hill(
     name = f"training-{spec.training_key(weights)}-{recipe.iterations}-seed{seed}"
     stored = store.load(name, say) if resume else None
     if stored is not None:
-        training, best = _unpacked(stored, training)
+        try:
+            training, best = _unpacked(stored, training)
+        except (KeyError, ValueError):
+            if say is not None:
+                say("the state of an interrupted training is damaged; it begins anew")
     finished = True
     try:
         while int(training.iteration) < recipe.iterations:
@@ -234,6 +238,8 @@ def _unpacked(
 ) -> tuple[Training, tuple[Look, Layers, Layers] | None]:
     leaves, structure = jax.tree.flatten((like, (like.policy, like.value)))
     found = [jnp.asarray(arrays[f"leaf{i}"]) for i in range(len(leaves))]
+    if any(a.shape != b.shape for a, b in zip(leaves, found, strict=True)):
+        raise ValueError("it is of other networks")
     training, networks = jax.tree.unflatten(structure, found)
     figures = [float(x) for x in arrays["best"]]
     if not figures:

@@ -1,0 +1,262 @@
+"""Gradient descent on the hill: the same compiled objective, window by window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from i2pdsl import StoryError
+from i2pdsl.audience.replay import replay
+from i2pdsl.errors import Source
+from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.pipeline import Result, Story, story_from
+from i2pdsl.search import descent
+from i2pdsl.search.beam import prepared, single_precision
+from i2pdsl.search.minimise import minimise
+from i2pdsl.search.rollout import follow, root
+from i2pdsl.worlds.ready import Watch
+
+SHORT = "search descend(seeds = 3, window = 20, steps = 6)"
+TERMS = (
+    "depict(weight = 0.5)",
+    "sum_t (if 3 <= t <= 6 then -1 else 1) * E[V(hopper) | script[:t], weight = 0.5]",
+    "arc(hopper)",
+    "twist(weight = 0.1, weight = 0.5)",
+    "sum_t ([progress(box) @ script[t]] - 0.1 * [effort(hopper) @ script[t]])",
+    "sum_t [not fallen(hopper) @ script[t]] + surprise(script[T]) + entropy(weight | script[:T])",
+    "sum_t KL(script[:5] || script[:t]) + mean_t P(weight = 0.5 | script[:T])",
+    "min_t P(weight = 0.5 | script[:t]) - max_t [progress(hopper) @ script[t]]",
+)
+
+
+def story(objective: str, length: int = 20, *lines: str, weight: float = 0.1) -> Story:
+    text = "\n".join(
+        (f"world hill(weight = {weight})", f"length {length}", f"maximize {objective}", *lines)
+    )
+    return story_from(Source("test.story", text + "\n"))
+
+
+def solved(objective: str, length: int = 20, *lines: str, **more: Any) -> Result:
+    return story(objective, length, *(lines or (SHORT,)), **more).solve(seed=0)
+
+
+@pytest.mark.parametrize("objective", TERMS)
+def test_the_fold_scores_as_the_whole_script_does(objective: str) -> None:
+    """What a descent differentiates is what a query of the finished script gives."""
+    made = story(objective, 8, "search naive(noise = 1)")
+    script = made.solve(seed=2).script
+    world, path = script.world, script.trajectory
+    compiled = story_objective(made.typed, world)
+    with jax.enable_x64(True):
+        tables, params = jax.tree.map(jnp.asarray, (world.tables, compiled.params))
+        node = root(world, compiled, tables, params, jnp.asarray(path.states[0]))
+        for t, action in enumerate(path.actions, 1):
+            node, frame = follow(world, compiled, tables, params, node, jnp.asarray(action))
+            np.testing.assert_allclose(node.state, path.states[t], atol=1e-8)
+            prefix = replay(world, path.states[: t + 1], path.actions[:t])
+            found = float(compiled.score(tables, params, node.carry, frame))
+            if t == len(path.actions):
+                assert found == pytest.approx(score_script(made.typed, world, prefix), abs=1e-6)
+    assert script.score == pytest.approx(found, abs=1e-6)
+
+
+@pytest.mark.parametrize("objective", TERMS[:5])
+def test_gradients_of_objectives_are_finite_differences(objective: str) -> None:
+    made = story(objective, 5, "search naive(noise = 0.5)")
+    script = made.solve(seed=1).script
+    world, path = script.world, script.trajectory
+    compiled = story_objective(made.typed, world)
+    with jax.enable_x64(True):
+        tables, params = jax.tree.map(jnp.asarray, (world.tables, compiled.params))
+
+        @jax.jit
+        def score(actions: jax.Array) -> jax.Array:
+            node = root(world, compiled, tables, params, jnp.asarray(path.states[0]))
+            for t in range(5):
+                node, frame = follow(world, compiled, tables, params, node, actions[t])
+            return compiled.score(tables, params, node.carry, frame)
+
+        point = jnp.asarray(path.actions)
+        gradient = np.asarray(jax.grad(score)(point))
+        for place in ((0, 0), (1, 4), (3, 2)):
+            step = jnp.zeros_like(point).at[place].set(1e-6)
+            expected = float(score(point + step) - score(point - step)) / 2e-6
+            assert gradient[place] == pytest.approx(expected, rel=1e-3, abs=1e-6)
+        assert np.isfinite(gradient).all()
+
+
+def test_a_descent_improves_on_what_it_begins_with() -> None:
+    honest = solved("depict(weight = 0.5)", 40, "search naive").score
+    found = solved("depict(weight = 0.5)", 40)
+    assert found.score > honest + 3
+    assert found.finished
+    scores = [c.score for c in found.candidates]
+    assert len(scores) == 3
+    assert scores == sorted(scores, reverse=True)  # type: ignore[type-var]
+    states = [c.trajectory.states for c in found.candidates]
+    assert np.abs(states[0] - states[1]).max() > 0.01
+
+
+def test_the_same_seed_gives_the_same_script_and_others_others() -> None:
+    made = story("depict(weight = 0.5)", 20, SHORT)
+    first, again, other = made.solve(0).script, made.solve(0).script, made.solve(1).script
+    np.testing.assert_array_equal(first.trajectory.states, again.trajectory.states)
+    assert np.abs(first.trajectory.states - other.trajectory.states).max() > 1e-3
+
+
+@pytest.mark.parametrize("overlap", [0, 0.5])
+@pytest.mark.parametrize("length", [1, 20, 33])
+def test_windows_need_not_fit_the_story(length: int, overlap: float) -> None:
+    """Each stored state follows from the one before it and the residual, at every seam."""
+    line = f"search descend(seeds = 2, window = 20, steps = 2, overlap = {overlap})"
+    script = solved("depict(weight = 0.5)", length, line).script
+    path = script.trajectory
+    assert path.actions.shape == (length, 6)
+    assert path.states.shape == (length + 1, 76)
+    follows = script.world.transition(script.world.tables, path.states[:-1], path.actions)
+    np.testing.assert_allclose(follows, path.states[1:], atol=1e-3)
+
+
+def test_a_bound_is_kept() -> None:
+    line = "search descend(seeds = 2, window = 20, steps = 4, bound = 0.25)"
+    found = solved("depict(weight = 0.5)", 20, line)
+    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
+    for candidate in found.candidates:
+        assert np.abs(candidate.trajectory.actions).max() <= 0.25 + 1e-6
+    assert found.score > honest
+    free = solved("depict(weight = 0.5)", 20)
+    assert np.abs(free.script.trajectory.actions).max() > 0.25
+
+
+@pytest.mark.parametrize("optimiser", ["adam", "lbfgs", "ncg"])
+def test_every_optimiser_descends(optimiser: str) -> None:
+    line = f"search descend(seeds = 2, window = 20, steps = 4, optimiser = {optimiser})"
+    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
+    assert solved("depict(weight = 0.5)", 20, line).score > honest
+
+
+@pytest.mark.parametrize("damping", [0, 0.9])
+def test_damped_gradients_descend_too(damping: float) -> None:
+    line = f"search descend(seeds = 2, window = 20, steps = 6, damping = {damping})"
+    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
+    assert solved("depict(weight = 0.5)", 20, line).score > honest
+
+
+def test_not_fallen_keeps_a_hopper_up() -> None:
+    """Asked to lose its value as fast as it can, it lies down; not if that is forbidden."""
+    low = "minimize sum_t E[V(hopper) | script[:t]]"
+    how = "search descend(seeds = 4, window = 60, overlap = 0.5, steps = 30, rate = 0.2)"
+    text = f"world hill(weight = 0.5)\nlength 120\n{low}\n{how}\n"
+    fell = "sum_t [fallen(hopper) @ script[t]]"
+    free = story_from(Source("free.story", text)).solve(0).script
+    kept = story_from(Source("kept.story", f"{text}minimize 20000 * {fell}\n")).solve(0).script
+    assert free.query(fell) > 0
+    assert kept.query(fell) == 0
+
+
+def test_an_average_of_observers_is_descended_on() -> None:
+    how = "audience average(bayesian(controller = 1), bayesian(controller = 3, sigma = 2))"
+    script = solved("depict(weight = 0.5)", 20, SHORT, how).script
+    assert script.frames.belief.shape == (21, 2, 2)
+    both = np.exp(script.frames.belief[:, :, 1]).mean(1)
+    np.testing.assert_allclose(script.query("P(weight = 0.5 | script[:t])"), both, atol=1e-9)
+
+
+def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The windows that are done, and then the controller's own motion."""
+    made = story("depict(weight = 0.5)", 60, "search descend(seeds = 2, window = 20, overlap = 0)")
+
+    def report(done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    found = made.solve(0, watch=Watch(searching=report))
+    assert not found.finished
+    actions = found.script.trajectory.actions
+    assert len(actions) == 60
+    assert np.abs(actions[:40]).max() > 0
+    np.testing.assert_array_equal(actions[40:], 0)
+
+    def at_once(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(descent, "_compiled", lambda *_: at_once)
+    with pytest.raises(KeyboardInterrupt):
+        made.solve(0)
+
+
+def test_an_objective_without_a_value_is_an_error() -> None:
+    with pytest.raises(StoryError, match="no finite value"):
+        solved("sum_t log(P(weight = 0.5 | script[:t]) - 2)", 5)
+
+
+def test_gradients_that_are_not_finite_are_left_out_and_said() -> None:
+    """sqrt has no derivative at 0, where all seeds begin."""
+    said: list[str] = []
+    made = story(
+        "sum_t sqrt(max(0, P(weight = 0.5 | script[:t]) - 0.999)) + depict(weight = 0.5)",
+        20,
+        "search descend(seeds = 2, window = 20, steps = 3)",
+    )
+    found = made.solve(0, watch=Watch(say=said.append))
+    assert np.isfinite(found.score)
+    assert any("were not finite" in message for message in said)
+
+
+# The minimisers alone.
+
+
+@pytest.mark.parametrize("optimiser", ["adam", "lbfgs", "ncg"])
+def test_minimisers_find_a_minimum(optimiser: str) -> None:
+    aim = jnp.asarray([1.0, -2.0, 0.5])
+    found, spoilt = minimise(
+        lambda x: ((x - aim) ** 2 * jnp.asarray([1.0, 3.0, 0.5])).sum(),
+        jnp.zeros(3),
+        optimiser,
+        200,
+        0.1,
+        None,
+    )
+    np.testing.assert_allclose(found, aim, atol=0.05)
+    assert spoilt == 0
+
+
+def test_the_box_holds_the_minimum() -> None:
+    aim = jnp.asarray([1.0, -2.0, 0.1])
+    found, _ = minimise(lambda x: ((x - aim) ** 2).sum(), jnp.zeros(3), "adam", 50, 0.1, 0.5)
+    np.testing.assert_allclose(found, [0.5, -0.5, 0.1], atol=1e-3)
+
+
+def test_the_best_point_is_kept() -> None:
+    """A step that is far too long jumps over the minimum; the start was better."""
+    found, _ = minimise(lambda x: (x**4).sum(), jnp.asarray([0.01]), "adam", 3, 50.0, None)
+    assert abs(float(found[0])) <= 0.01
+
+
+def test_where_the_loss_means_nothing_it_is_not_taken() -> None:
+    def loss(x: jax.Array) -> jax.Array:
+        return jnp.where(x[0] > 0.25, jnp.nan, -x[0])
+
+    found, _ = minimise(loss, jnp.asarray([0.0]), "adam", 30, 0.1, None)
+    assert 0.0 < float(found[0]) <= 0.25
+
+
+def test_tables_in_single_precision_are_the_same_world() -> None:
+    made = story("depict(weight = 0.5)")
+    world = made.world()
+    compiled = story_objective(made.typed, world)
+    tables = single_precision(world)
+    assert {a.dtype for a in jax.tree.leaves(tables)} == {np.dtype("float32"), np.dtype(bool)}
+    assert all(np.isfinite(a).all() for a in jax.tree.leaves(prepared(world, compiled, tables)))
+
+
+def test_stories_of_one_shape_share_a_program(tmp_path: Path) -> None:
+    before = len(descent._programs)
+    for weight in ("0.1", "0.5"):
+        solved(f"depict(weight = {weight})", 7, "search descend(seeds = 2, window = 7, steps = 2)")
+    assert len(descent._programs) == before + 1

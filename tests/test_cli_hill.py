@@ -1,0 +1,187 @@
+"""The commands on the hill."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from commands_for_tests import I2P, Run
+from i2pdsl.cli import DONE, INTERRUPTED, WRONG
+from i2pdsl.planning.actor_critic import Recipe
+from i2pdsl.worlds.hill import training
+from worlds_for_tests import STORIES
+
+MIME = """world hill(weight = 0.1)
+length 12
+let heavy = weight = 0.5
+maximize depict(heavy)
+search descend(seeds = 3, window = 12, steps = 2)
+"""
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "mime.story").write_text(MIME, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_run_query_and_render(place: Path, i2p: Run) -> None:
+    done = i2p("run", "mime.story", "--format", "png,html", "--json")
+    assert done.status == DONE, done.err
+    result = json.loads(done.out)
+    assert set(result["files"]) == {"comic.png", "mind.png", "html"}
+    assert set(result["seconds"]) == {"plan", "compile", "search", "render"}
+    script = result["script"]
+    asked = i2p("query", script, "P(heavy | script[:t])", "--json")
+    answer = json.loads(asked.out)
+    assert answer["t"] == list(range(13))
+    assert answer["value"][0] == pytest.approx(0.5)
+    table = json.loads(i2p("query", script, "P(weight | script[:T])", "--json").out)
+    assert table["value"].keys() == {"0.1", "0.5", "unknown"}
+    drawn = i2p("render", script, "--format", "svg", "--out", "again")
+    assert drawn.status == DONE
+    assert {p.name for p in (place / "again").iterdir()} == {"comic.svg", "mind.svg"}
+
+
+def test_candidates_of_a_descent_are_its_seeds(place: Path, i2p: Run) -> None:
+    one = json.loads(i2p("run", "mime.story", "--format", "", "--json").out)
+    assert "candidates" not in one
+    two = json.loads(i2p("run", "mime.story", "--format", "", "--candidates", "2", "--json").out)
+    assert two["candidates"][0]["score"] == one["score"]
+    assert len(two["candidates"]) == 2
+    many = i2p("run", "mime.story", "--format", "", "--candidates", "9")
+    assert "3 scripts found" in many.err
+
+
+def test_several_scripts_are_drawn_side_by_side(place: Path, i2p: Run) -> None:
+    for name, more in (("light", "0.1"), ("heavy", "0.5")):
+        text = f"world hill(weight = {more})\nlength 12\nsearch naive\n"
+        (place / f"{name}.story").write_text(text, encoding="utf-8")
+    done = i2p("render", "light.story", "heavy.story", "--format", "png,html", "--json")
+    assert done.status == DONE, done.err
+    document = json.loads(done.out)
+    assert document["script"] == ["light.story", "heavy.story"]
+    assert {Path(f).name for f in document["files"].values()} == {
+        "together.png", "mind.png", "together.html",
+    }  # fmt: skip
+    (place / "walk.story").write_text("world fork\nlength 3\nsearch naive\n", encoding="utf-8")
+    mixed = i2p("render", "light.story", "walk.story")
+    assert mixed.status == WRONG
+    assert "only scripts of the hill are drawn side by side" in mixed.err
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("length=5", "length 5"),
+        ("heavy=weight = 0.1", "let heavy = weight = 0.1"),
+        ("sigma=2", "world hill(weight = 0.1, sigma = 2)"),
+        ("weights={0.5, 0.1}", "world hill(weight = 0.1, weights = {0.5, 0.1})"),
+        ("steps=1", "search descend(seeds = 3, window = 12, steps = 1)"),
+        ("bound=1.5", "search descend(seeds = 3, window = 12, steps = 2, bound = 1.5)"),
+    ],
+)
+def test_set_on_the_hill(place: Path, i2p: Run, setting: str, expected: str) -> None:
+    done = i2p("run", "mime.story", "--set", setting, "--format", "", "--json")
+    assert done.status == DONE, done.err
+    script = json.loads(Path(json.loads(done.out)["script"]).read_text())
+    assert expected in script["story"]["source"].splitlines()
+
+
+def test_what_only_other_worlds_can_do_is_said(place: Path, i2p: Run) -> None:
+    planned = i2p("plan", "hill")
+    assert planned.status == WRONG
+    assert "`i2p train hill`" in planned.err
+    trained = i2p("train", "kitchen")
+    assert trained.status == WRONG
+    assert "`i2p plan kitchen`" in trained.err
+    untrained = i2p("run", "mime.story", "--set", "slope=0.3")
+    assert untrained.status == WRONG
+    assert "`i2p train hill --set slope=0.3 --seed 2`" in untrained.err
+    beam = i2p("run", "mime.story", "--set", "width=3")
+    assert beam.status == WRONG
+    assert "no `width` to set" in beam.err
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("weights=0.3", "`weights` cannot be 0.3"),
+        ("weights={0.3}", "it can be: 2 to 16 different numbers"),
+        ("weights={a, b}", "`weights` cannot be {a, b}"),
+        ("slope=steep", "it can be: between -0.3 and 0.6"),
+        ("stiffness=3", "no setting `stiffness`"),
+    ],
+)
+def test_training_settings_that_are_wrong(i2p: Run, setting: str, words: str) -> None:
+    done = i2p("train", "hill", "--set", setting)
+    assert done.status == WRONG
+    assert words in done.err
+
+
+def test_train_stores_what_a_story_then_uses(
+    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three weights on another slope, hardly trained at all."""
+    monkeypatch.setenv("I2PDSL_CACHE", str(place / "cache"))
+    monkeypatch.setattr(training, "FRAMES", 20)
+    changes = ("--set", "weights={0.1,0.3,0.5}", "--set", "slope=0.2")
+    done = i2p("train", "hill", *changes, "--iterations", "2", "--json")
+    assert done.status == DONE, done.err
+    document = json.loads(done.out)
+    assert document["weights"] == [0.1, 0.3, 0.5]
+    assert len(document["climbs"]) == 3
+    assert document["finished"]
+    assert Path(document["controllers"]).is_file()
+    run = i2p(
+        "run", "mime.story", *changes, "--set", "heavy=weight >= 0.3", "--format", "png", "--json"
+    )
+    assert run.status == DONE, run.err
+    asked = i2p("query", json.loads(run.out)["script"], "P(weight | script[:T])", "--json")
+    assert json.loads(asked.out)["value"].keys() == {"0.1", "0.3", "0.5", "unknown"}
+
+
+@pytest.mark.parametrize("command", ["train", "run"])
+def test_interrupted_it_keeps_what_it_has(place: Path, command: str) -> None:
+    long = ["--set", "length=3000", "--set", "steps=200"]
+    arguments = {
+        "train": ["train", "hill", "--iterations", "100000"],
+        "run": ["run", str(STORIES / "hill" / "mime.story"), *long, "--format", ""],
+    }[command]
+    environment = {**os.environ}
+    if command == "train":
+        environment["I2PDSL_CACHE"] = str(place / "cache")
+    working = subprocess.Popen(
+        [*I2P, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+        text=True,
+    )
+    time.sleep(25)
+    working.send_signal(signal.SIGINT)
+    out, err = working.communicate(timeout=60)
+    assert working.returncode == INTERRUPTED, err
+    assert "Traceback" not in err
+    assert "interrupted" in err
+    if command == "train":
+        assert "the best so far is kept" in err
+        assert list((place / "cache" / "controllers").glob("*.npz"))
+    elif "nothing was found" not in err:
+        assert "mime (seed 0): score" in out
+
+
+def test_a_recipe_is_what_was_measured() -> None:
+    """What ships was trained with it; another recipe would need other weights."""
+    recipe = Recipe()
+    assert (recipe.environments, recipe.horizon, recipe.iterations) == (64, 32, 2400)
+    assert recipe.gamma == pytest.approx(0.99)
+    assert np.allclose(recipe.noise, (0.3, 0.2))
