@@ -196,7 +196,10 @@ def program() -> None:
 @program.command()
 @click.argument("stories", nargs=-1, required=True, type=click.Path())
 @click.option(
-    "--seed", type=click.IntRange(0), default=None, help="Of the initial states; default 0."
+    "--seed",
+    type=click.IntRange(0),
+    default=None,
+    help="Of the initial states, or a descent's first changes; default 0.",
 )
 @click.option("--seeds", type=Seeds(), default=None, help="Several seeds: 0-19 or 1,4,7.")
 @click.option(
@@ -207,7 +210,7 @@ def program() -> None:
     "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
 )
 @click.option(
-    "--candidates", type=click.IntRange(1, 100), default=1, help="Visibly different ones."
+    "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
 )
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
@@ -349,7 +352,8 @@ def make(
     chosen = found.candidates[:candidates]  # a descent found more
     if len(chosen) < candidates:
         count = len(chosen)
-        click.echo(f"{count} script{'s' * (count != 1)} found that differ visibly", err=True)
+        alike = " that differ visibly" if story.typed.vocabulary.enumerable else ""
+        click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
     seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
     parts: list[dict[str, Any]] = []
     for number, script in enumerate(chosen, 1):
@@ -745,7 +749,7 @@ def train(
     if not isinstance(spec, HillSpec):
         message = f"world {spec.name} is not trained but planned"
         raise error("no-training", message, whole_file(world), f"`i2p plan {spec.name}`")
-    spec = spec.with_settings(world_settings(spec, settings))
+    spec = spec.with_settings(world_settings(spec, settings, spec.training_settings))
     seed = spec.settings.controller if seed is None else seed
     if out is not None:
         check_writable(Path(out))
@@ -787,8 +791,10 @@ def train(
     return DONE if done.finished else INTERRUPTED
 
 
-def world_settings(spec: Any, given: tuple[tuple[str, str], ...]) -> dict[str, Any]:
-    """The values of `--set` for a world. Raises StoryError."""
+def world_settings(
+    spec: Any, given: tuple[tuple[str, str], ...], usable: tuple[str, ...]
+) -> dict[str, Any]:
+    """The values of `--set` for a world, of the settings that matter. Raises StoryError."""
     from i2pdsl.errors import did_you_mean
     from i2pdsl.worlds.find import vocabulary_of
 
@@ -797,8 +803,11 @@ def world_settings(spec: Any, given: tuple[tuple[str, str], ...]) -> dict[str, A
     for name, text in given:
         where = whole_file(f"--set {name}")
         if name not in known:
-            hint = did_you_mean(name, known) or "settings: " + ", ".join(known)
+            hint = did_you_mean(name, known) or "settings: " + ", ".join(usable)
             raise error("setting", f"`world {spec.name}` has no setting `{name}`", where, hint)
+        if name not in usable:
+            message = f"training does not depend on `{name}`"
+            raise error("setting", message, where, "settings: " + ", ".join(usable))
         value: Any = text
         with suppress(ValueError):
             value = float(text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -11,7 +11,9 @@ import numpy as np
 
 from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source, default_assumption
+from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.scripts import Answer, Script, appended_turns, script_from, story_windows
@@ -79,8 +81,16 @@ class Story:
         return viewers_of(self.spec, self.typed.observers)
 
     def world(self, watch: Watch | None = None) -> World:
-        """The world, planned or trained, as the audience sees it."""
-        return ready_world(self.spec, self.viewers, watch)
+        """The world, planned or trained, as the audience sees it.
+
+        Raises StoryError where it is too large, or nobody has trained its controllers.
+        """
+        try:
+            return ready_world(self.spec, self.viewers, watch)
+        except StoryError as problem:
+            program, _ = parse_tolerantly(self.typed.source)
+            span = program.of(ast.World)[0].span
+            raise StoryError([replace(d, span=span) for d in problem.diagnostics]) from None
 
     def solve(
         self,

@@ -310,6 +310,10 @@ class _Checker:
     def weights(self) -> dict[str, float]:
         found = {"rationality": 1.0, "plausibility": 1.0}
         for statement in self.program.of(ast.Weight):
+            if not self.world.has_rationality:
+                message = f"world {self.world.world} has no automatic terms to weigh"
+                warning = Diagnostic("world", message, statement.span, severity="warning")
+                self.problems.append(warning)
             try:
                 found[statement.term] = self.elaborator.constant(statement.value, self.env)
             except Stop:

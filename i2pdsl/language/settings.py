@@ -208,6 +208,17 @@ class Settings:
             offered = () if name == "naive" and enumerable else SEARCH_SETTINGS[name]
             known = {s.name: s for s in offered}
             values = dict(self.read(statement.settings, known, f"search {name}"))
+            if "bound" in values:
+                self.only_without_bound(statement)
             kinds = {k: type(getattr(_PLAN, k)) for k in values}
             return SearchPlan(name, **{k: kinds[k](v) for k, v in values.items()})
         return SearchPlan() if enumerable else SearchPlan("descend")
+
+    def only_without_bound(self, statement: ast.Search) -> None:
+        """A box has a minimiser of its own."""
+        for argument in statement.settings:
+            if argument.name is not None and argument.name.id in ("optimiser", "rate"):
+                message = f"`{argument.name.id}` has no meaning beside `bound`"
+                hint = "what lies in a box is minimised by projected gradients"
+                warning = Diagnostic("setting", message, argument.span, hint, severity="warning")
+                self.elaborator.report(warning)

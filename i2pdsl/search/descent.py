@@ -1,4 +1,4 @@
-"""Gradient descent over what is added to a controller's actuation (paper, section 4.4).
+"""Gradient descent over what is added to a controller's actuation (paper, section 3.3).
 
 The gradient of a long rollout grows without bound, so a script is improved window by window: each
 is optimised for the objective of the prefix that it completes, and the next goes on from where it

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import optax
 import optimistix
@@ -18,7 +19,7 @@ Loss = Callable[[Array], Array]
 def minimise(
     loss: Loss, start: Array, optimiser: str, steps: int, rate: float, bound: float | None
 ) -> tuple[Array, Array]:
-    """The best point that a minimiser saw, and how many gradients were not finite.
+    """The best point that a minimiser saw, and how many gradients were seen not to be finite.
 
     Args:
         loss: of one array; finite, or NaN and infinite where it means nothing.
@@ -28,7 +29,7 @@ def minimise(
         bound: each number stays within [-bound, bound]; None for a free variable.
     """
     if bound is not None:
-        return _in_box(loss, start, steps, bound), jnp.zeros((), jnp.int32)
+        return _in_box(loss, start, steps, bound), _spoilt(loss, start)
     return _free(loss, start, optimiser, steps, rate)
 
 
@@ -50,10 +51,14 @@ def _free(loss: Loss, start: Array, optimiser: str, steps: int, rate: float) -> 
     found: Any = optimistix.minimise(
         safe, optimistix.BestSoFarMinimiser(solver), start, max_steps=steps, throw=False
     )
-    spoilt = jnp.zeros((), jnp.int32)
     if optimiser == "adam":
-        spoilt = found.state.state.opt_state.total_notfinite
-    return found.value, spoilt
+        return found.value, found.state.state.opt_state.total_notfinite
+    return found.value, _spoilt(loss, start)
+
+
+def _spoilt(loss: Loss, start: Array) -> Array:
+    """1 where the first gradient is not finite, and no step can be taken."""
+    return (~jnp.isfinite(jax.grad(loss)(start)).all()).astype(jnp.int32)
 
 
 def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> Array:

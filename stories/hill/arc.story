@@ -1,6 +1,6 @@
 # The hopper's fortune rises, falls and rises again, one and a half turns of a sine:
 # the shape of a story, told by the same pattern as in the kitchen.
-# After Reagan et al. 2016; paper, sections 4.3 and 4.4.1.
+# After Reagan et al. 2016; paper, sections 3.1.5 and 3.3.1.
 world hill(weight = 0.5)
 length 800
 

@@ -1,5 +1,5 @@
 # The box is light, but viewers shall believe that it is heavy: the hopper mimes.
-# Paper, section 4.4. A mime who pulls with all his might moves as no heavy hauler would, so
+# Paper, section 3.3. A mime who pulls with all his might moves as no heavy hauler would, so
 # effort costs a little: then viewers who know other controllers are persuaded too (docs/hill.md).
 world hill(weight = 0.1)
 length 800

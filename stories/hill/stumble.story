@@ -1,5 +1,5 @@
 # The hopper stumbles on cue and recovers: its fortunes dip from frame t_s to t_f.
-# Paper, section 4.4.1. It shall stumble, not fall.
+# Paper, section 3.3.1. It shall stumble, not fall.
 world hill(weight = 0.5)
 length 800
 

@@ -2,3 +2,4 @@ world hill(weights = {0.1, 0.1}, weight = 9, slope = {1}, evidence = eyes, stiff
 length 10
 maximize P(weight = 0.3 | script[:T]) + [progress(wagon) @ script[3]]
 search descend(bound = 0, window = 2.5, optimiser = sgd)
+rationality 2

@@ -23,6 +23,7 @@ from i2pdsl.worlds.world import Viewer
 
 WEIGHTS = (0.1, 0.5)
 SHIPPED = (0, 1, 2, 3, 4)
+SHIPPED_ZERO = files.SHIPPED / files.file_name(HillSpec(), WEIGHTS, 0)
 
 
 def world(**settings: float | str) -> HillWorld:
@@ -182,7 +183,7 @@ def test_what_is_not_trained_is_said_with_the_command(tmp_path: Path) -> None:
         build_hill(spec)
     hint = caught.value.diagnostics[0].hint
     assert hint is not None
-    assert "`i2p train hill --set slope=0.2 --set weights={0.1,0.3} --seed 3`" in hint
+    assert "`i2p train hill --set slope=0.2 --set 'weights={0.1,0.3}' --seed 3`" in hint
 
 
 def test_fewer_weights_need_no_training_of_their_own() -> None:
@@ -198,7 +199,8 @@ def test_damaged_files_are_said_and_passed_over(
     monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
     spec = HillSpec()
     good = files.find_controllers(spec, 0)
-    path = files.places(spec, WEIGHTS, 0)[0]
+    monkeypatch.setattr(files, "places", lambda *_: [tmp_path / "spoilt.npz", SHIPPED_ZERO])
+    path = tmp_path / "spoilt.npz"
     files.save_controllers(path, good)
     content = path.read_bytes()
     if damage == "cut":

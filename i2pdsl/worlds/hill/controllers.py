@@ -119,8 +119,8 @@ def find_controllers(
 ) -> Controllers:
     """The controllers of a training seed for a hill and the weights that it needs.
 
-    Those trained for more weights serve too. Raises StoryError, naming the command that trains
-    them, where there are none.
+    Those of the default hill serve where only one of its weights is needed. Raises StoryError,
+    naming the command that trains them, where there are none.
     """
     for weights in _trained_for(spec, seed):
         for path in places(spec, weights, seed):
@@ -145,20 +145,25 @@ def _trained_for(spec: HillSpec, seed: int) -> list[tuple[float, ...]]:
 
 
 def places(spec: HillSpec, weights: tuple[float, ...], seed: int) -> list[Path]:
-    """Where the file can lie: one's own first."""
+    """Where the file can lie: what ships first, which the same training would only repeat."""
     name = file_name(spec, weights, seed)
-    found = []
+    found = [SHIPPED / name]
     with suppress(OSError):
         found.append(cache_folder("controllers") / name)
-    return [*found, SHIPPED / name]
+    return found
+
+
+def _plain(number: float) -> str:
+    """A number with all its digits, and none that it does not need."""
+    return str(number).removesuffix(".0")
 
 
 def training_command(spec: HillSpec, seed: int) -> str:
     """The command that trains what a hill needs."""
     parts = [f"i2p train {spec.name}"]
     changed = spec.changed_settings()
-    parts += [f"--set {name}={changed[name]:g}" for name in spec.physics if name in changed]
+    parts += [f"--set {name}={_plain(changed[name])}" for name in spec.physics if name in changed]
     if spec.trained_weights != HillSpec().trained_weights:
-        shown = ",".join(f"{w:g}" for w in spec.trained_weights)
-        parts.append(f"--set weights={{{shown}}}")
+        shown = ",".join(map(_plain, spec.trained_weights))
+        parts.append(f"--set 'weights={{{shown}}}'")  # shells have a meaning for braces
     return " ".join((*parts, f"--seed {seed}"))

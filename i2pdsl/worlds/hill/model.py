@@ -1,7 +1,7 @@
 """What happens on a hill, and what viewers make of it: pure functions of NumPy or JAX arrays.
 
 States are [..., 76] (x of 19 nodes, y, then the velocities), actions [..., 6]: what is added to
-the controller's own actuation of the muscles (paper, section 4.4). O observers, H hypotheses.
+the controller's own actuation of the muscles (paper, section 3.3). O observers, H hypotheses.
 """
 
 from __future__ import annotations

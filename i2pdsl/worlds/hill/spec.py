@@ -66,6 +66,11 @@ class HillSpec:
         numbers = asdict(self.settings)
         return {name: float(numbers[name]) for name in _PHYSICS}
 
+    @property
+    def training_settings(self) -> tuple[str, ...]:
+        """The settings that decide which controllers are trained."""
+        return ("weight", "weights", "controller", *_PHYSICS)
+
     def training_key(self, weights: tuple[float, ...]) -> str:
         """A digest of all that training for these weights depends on, besides the seed."""
         text = json.dumps({"physics": self.physics, "weights": weights}, sort_keys=True)

@@ -1,0 +1,135 @@
+"""Who believes the mime? The tables of docs/hill.md: the mime beside the trivial baseline (the
+heavy controller on the light box), and what observers believe whom the optimiser never saw.
+
+    python benchmarks/hill_audience.py [--seeds 0,1,2,3,4] [--quick]
+
+An executing seed is the training seed of the controllers that act, and that the optimiser's own
+observer imagines; the held-out observers imagine those of the other training seeds, one each, and
+are pooled by their mean log-odds. P is the mean over all frames of P(weight = 0.5).
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from i2pdsl.audience.replay import replay
+from i2pdsl.errors import Source
+from i2pdsl.pipeline import story_from
+from i2pdsl.scripts import Script
+from i2pdsl.search.record import Trajectory
+from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
+from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.world import HillWorld, build_hill
+from i2pdsl.worlds.world import Viewer
+
+STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"
+SHIPPED = (0, 1, 2, 3, 4)
+PLAIN = """world hill(weight = 0.1)
+length 800
+maximize depict(weight = 0.5)
+search descend(window = 50, overlap = 0, steps = 40, rate = 0.1)
+"""
+
+
+def script_of(text: str, executing: int, length: int) -> Script:
+    """The best script of a story, told by the controllers of a training seed."""
+    text = re.sub(r"^world hill\((.*)\)", rf"world hill(\1, controller = {executing})", text)
+    text = re.sub(r"^length \d+", f"length {length}", text, flags=re.M)
+    return story_from(Source("story", text)).solve(seed=0).script
+
+
+def driven(executing: int, length: int, wanted: Callable[[np.ndarray], np.ndarray]) -> Trajectory:
+    """A light box pulled by muscles that do what `wanted` says of a state, and some noise."""
+    light = build_hill(HillSpec().with_settings({"controller": executing}))
+    states, actions = [light.starts(None)[0]], []
+    for chance in 0.1 * np.random.default_rng(0).normal(size=(length, MUSCLE_COUNT)):
+        own = light.actuation(states[-1], np.zeros(MUSCLE_COUNT))
+        actions.append(wanted(states[-1]) + chance - own)
+        states.append(light.transition(light.tables, states[-1], actions[-1]))
+    return Trajectory(np.array(actions), np.array(states))
+
+
+def heavy_controller(executing: int) -> Callable[[np.ndarray], np.ndarray]:
+    """The trivial baseline: the hopper pulls as if the box were heavy."""
+    heavy = build_hill(HillSpec().with_settings({"controller": executing, "weight": 0.5}))
+    return lambda state: heavy.actuation(state, np.zeros(MUSCLE_COUNT))
+
+
+def log_odds(
+    path: Trajectory, weight: float, executing: int, imagined: int, evidence: str
+) -> np.ndarray:
+    """log P(heavy) / P(light) after each frame, for one observer, [T]."""
+    spec = HillSpec().with_settings({"weight": weight, "controller": executing})
+    viewer = Viewer(spec.with_settings({"controller": imagined, "evidence": evidence}))
+    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).belief[1:, 0]
+    return belief[:, 1] - belief[:, 0]
+
+
+def share(odds: np.ndarray) -> float:
+    """The mean probability that goes with log-odds."""
+    return float((1 / (1 + np.exp(-odds))).mean())
+
+
+def climbed(world: HillWorld, path: Trajectory) -> float:
+    gone = world.feature(
+        world.tables, "progress", ("box",), path.states[1:], path.states[:-1], path.actions
+    )
+    return float(gone.sum())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", default=",".join(map(str, SHIPPED)))
+    parser.add_argument("--quick", action="store_true", help="200 frames instead of 800")
+    given = parser.parse_args()
+    length = 200 if given.quick else 800
+    read = lambda name: (STORIES / f"{name}.story").read_text(encoding="utf-8")
+    strip = lambda text: "\n".join(x for x in text.splitlines() if not x.startswith("#"))
+    told = {
+        "honest light": (strip(read("honest-light")), 0.1),
+        "honest heavy": (strip(read("honest-heavy")), 0.5),
+        "heavy controller, light box": ("", 0.1),
+        "limp hopper, light box": ("", 0.1),
+        "mime, belief alone": (PLAIN, 0.1),
+        "mime.story": (strip(read("mime")), 0.1),
+        "told to two observers": (
+            PLAIN + "audience average(bayesian(), bayesian(controller = {other}))\n",
+            0.1,
+        ),
+    }
+    print("| executing | script | box, units | own P | held-out P, each | pooled | masses only |")
+    print("|---|---|---|---|---|---|---|")
+    for executing in map(int, given.seeds.split(",")):
+        others = [seed for seed in SHIPPED if seed != executing]
+        for name, (text, weight) in told.items():
+            spec = HillSpec().with_settings({"weight": weight, "controller": executing})
+            if text:
+                path = script_of(
+                    text.replace("{other}", str(others[0])).strip(), executing, length
+                ).trajectory
+            else:
+                limp = lambda state: np.zeros(MUSCLE_COUNT)
+                wanted = limp if "limp" in name else heavy_controller(executing)
+                path = driven(executing, length, wanted)
+            # Whom the optimiser saw is not held out.
+            held = others[1:] if "two observers" in name else others
+            odds = [log_odds(path, weight, executing, seed, "motion") for seed in held]
+            own = share(log_odds(path, weight, executing, executing, "motion"))
+            known = share(log_odds(path, weight, executing, executing, "mass"))
+            each = ", ".join(f"{share(o):.2f}" for o in odds)
+            pooled = share(np.mean(odds, axis=0))
+            way = climbed(build_hill(spec), path)
+            print(
+                f"| {executing} | {name} | {way:.0f} | {own:.3f} | {each} | **{pooled:.2f}** "
+                f"| {known:.3f} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
