@@ -29,6 +29,7 @@ from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"
 SHIPPED = (0, 1, 2, 3, 4)
+HONEST = "world hill(weight = {})\nlength 800\nsearch naive(noise = 0.1)\n"
 PLAIN = """world hill(weight = 0.1)
 length 800
 maximize depict(weight = 0.5)
@@ -88,15 +89,15 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="200 frames instead of 800")
     given = parser.parse_args()
     length = 200 if given.quick else 800
-    read = lambda name: (STORIES / f"{name}.story").read_text(encoding="utf-8")
-    strip = lambda text: "\n".join(x for x in text.splitlines() if not x.startswith("#"))
+    lines = (STORIES / "mime.story").read_text(encoding="utf-8").splitlines()
+    mime = "\n".join(line for line in lines if not line.startswith("#"))
     told = {
-        "honest light": (strip(read("honest-light")), 0.1),
-        "honest heavy": (strip(read("honest-heavy")), 0.5),
+        "honest light": (HONEST.format(0.1), 0.1),
+        "honest heavy": (HONEST.format(0.5), 0.5),
         "heavy controller, light box": ("", 0.1),
         "limp hopper, light box": ("", 0.1),
         "mime, belief alone": (PLAIN, 0.1),
-        "mime.story": (strip(read("mime")), 0.1),
+        "mime.story": (mime, 0.1),
         "told to two observers": (
             PLAIN + "audience average(bayesian(), bayesian(controller = {other}))\n",
             0.1,
