@@ -723,7 +723,10 @@ def plan(world: str, as_json: bool) -> None:
 @program.command()
 @click.argument("world", shell_complete=complete_world)
 @click.option(
-    "--seed", type=click.IntRange(0), default=None, help="Default: the world's `controller`."
+    "--seed",
+    type=click.IntRange(0, 2**31 - 2),
+    default=None,
+    help="Default: the world's `controller`.",
 )
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Of the world.")
 @click.option("--iterations", type=click.IntRange(1), default=None, help="Default 2400.")

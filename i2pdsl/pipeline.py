@@ -141,7 +141,8 @@ class Story:
         plan, finished = self.typed.search, True
         if naive or plan.method == "naive":
             began = time.perf_counter()
-            found = [hill_rollout(world, self.typed.length, plan.noise, seed)]
+            with np.errstate(all="ignore"):  # refused below
+                found = [hill_rollout(world, self.typed.length, plan.noise, seed)]
         else:
             from i2pdsl.search.descent import descend
 
@@ -156,8 +157,14 @@ class Story:
             found = [
                 Trajectory(actions.astype(float), states.astype(float))
                 for actions, states in zip(result.actions, result.states, strict=True)
-                if np.isfinite(states).all()
             ]
+        finite = [path for path in found if np.isfinite(path.states).all()]
+        if len(finite) < len(found) and watch.say is not None:
+            watch.say(f"{len(found) - len(finite)} scripts are dropped: their motion is not finite")
+        if not finite:
+            message = "the motion is not finite: the hill is too rough for the simulator's steps"
+            raise error("motion", message, whole_file(self.typed.source.name))
+        found = finite
         scripts = self._scripts(world, found, seed)
         if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
             raise self._without_value()

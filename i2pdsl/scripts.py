@@ -176,7 +176,7 @@ def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
     after, such as the sign of a dip.
     """
     found = []
-    for _, expression in story.objective:
+    for sign, expression in story.objective:
         for node in ty.walk(expression):
             if not isinstance(node, ty.TimeTable) or len(set(node.values)) != 2:
                 continue
@@ -184,7 +184,8 @@ def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
             edges = np.flatnonzero(np.diff(inside)) + 1
             if len(edges) == 2:
                 first, end = (int(edge) for edge in edges)
-                kind = "dip" if node.values[first] < node.values[0] else "rise"
+                change = sign * (node.values[first] - node.values[0])
+                kind = "dip" if change < 0 else "rise"
                 found.append((node.first + first, node.first + end - 1, kind))
     return tuple(dict.fromkeys(found))
 
@@ -223,7 +224,12 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
-    windows = story_windows(story) if story else ()
+    length = len(path.actions)  # which may be shorter than what the story says
+    windows = tuple(
+        (first, min(last, length), kind)
+        for first, last, kind in (story_windows(story) if story else ())
+        if first < length
+    )
     return Script(record, world, path, module, assumption, frames, warnings, turns, windows)
 
 

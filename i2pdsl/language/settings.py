@@ -209,16 +209,20 @@ class Settings:
             known = {s.name: s for s in offered}
             values = dict(self.read(statement.settings, known, f"search {name}"))
             if "bound" in values:
-                self.only_without_bound(statement)
+                how = "what lies in a box is minimised by projected gradients"
+                self.useless(statement, ("optimiser", "rate"), "bound", how)
+            elif values.get("optimiser", "adam") != "adam":
+                self.useless(statement, ("rate",), "optimiser", "it finds its own step size")
             kinds = {k: type(getattr(_PLAN, k)) for k in values}
             return SearchPlan(name, **{k: kinds[k](v) for k, v in values.items()})
         return SearchPlan() if enumerable else SearchPlan("descend")
 
-    def only_without_bound(self, statement: ast.Search) -> None:
-        """A box has a minimiser of its own."""
+    def useless(
+        self, statement: ast.Search, names: tuple[str, ...], beside: str, hint: str
+    ) -> None:
+        """Warns of settings that have no meaning beside another."""
         for argument in statement.settings:
-            if argument.name is not None and argument.name.id in ("optimiser", "rate"):
-                message = f"`{argument.name.id}` has no meaning beside `bound`"
-                hint = "what lies in a box is minimised by projected gradients"
+            if argument.name is not None and argument.name.id in names:
+                message = f"`{argument.name.id}` has no meaning beside `{beside}`"
                 warning = Diagnostic("setting", message, argument.span, hint, severity="warning")
                 self.elaborator.report(warning)

@@ -144,12 +144,17 @@ def improve(environment: Environment, recipe: Recipe, training: Training) -> tup
         return -total.mean() / recipe.horizon, (state, segment)
 
     (_, (state, segment)), gradient = jax.value_and_grad(loss, has_aux=True)(training.policy)
-    finite = jnp.stack([jnp.isfinite(g).all() for g in jax.tree.leaves(gradient)]).all()
+    finite = _all_finite(gradient)
     gradient = jax.tree.map(lambda g: jnp.where(finite, g, 0.0), gradient)
     optimiser = policy_optimiser(recipe)
     change, policy_moments = optimiser.update(gradient, training.policy_moments)
     policy = optax.apply_updates(training.policy, change)
-    value, value_moments = _learn_value(recipe, training, segment, batch_key)
+    learnt = _learn_value(recipe, training, segment, batch_key)
+    value, value_moments = jax.tree.map(
+        lambda new, old: jnp.where(_all_finite(learnt), new, old),
+        learnt,
+        (training.value, training.value_moments),
+    )
     keep = recipe.target_share
     training = Training(
         training.iteration + 1,
@@ -167,6 +172,10 @@ def improve(environment: Environment, recipe: Recipe, training: Training) -> tup
         value_moments,
     )
     return training, jnp.stack([segment.reward.mean(), segment.done.mean()])
+
+
+def _all_finite(tree: Any) -> Array:
+    return jnp.stack([jnp.isfinite(leaf).all() for leaf in jax.tree.leaves(tree)]).all()
 
 
 def _choose(condition: Array, first: Any, second: Any) -> Any:

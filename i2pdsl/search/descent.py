@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
@@ -29,6 +30,11 @@ from i2pdsl.worlds.hill.world import HillWorld
 
 Array = Any
 
+# A frame and seed of a window takes 40 KB while its gradient is computed; 10 KB if what its frames
+# compute is computed again on the way back, which takes a third longer.
+REMEMBERED_FRAMES = 20_000
+MOST_FRAMES = 500_000
+
 
 @dataclass(frozen=True)
 class Descended:
@@ -37,14 +43,12 @@ class Descended:
     Attributes:
         actions: [S, T, 6].
         states: [S, T + 1, 76]: rollouts are chaotic, these are the ones that were improved.
-        scores: [S], in single precision.
         finished: whether all windows were improved; the rest is the controller's own.
         compile_seconds: time spent on tracing and compiling.
     """
 
     actions: np.ndarray
     states: np.ndarray
-    scores: np.ndarray
     finished: bool
     compile_seconds: float
 
@@ -65,9 +69,14 @@ def descend(
         report: called with (windows done, all windows).
         say: is told of damaged caches, and of gradients that were not finite.
 
-    Raises KeyboardInterrupt if it is interrupted before anything was found.
+    Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where the
+    plan needs too much memory.
     """
     window = min(plan.window, length)
+    at_once = plan.seeds * window * len(world.tables.sigma)
+    if at_once > MOST_FRAMES:
+        message = f"{plan.seeds} seeds of {window} frames are too many to improve at once"
+        raise error("search", message, whole_file("search"), "take fewer seeds or a shorter window")
     stride = max(1, round(window * (1 - plan.overlap)))
     windows = max(0, math.ceil((length - window) / stride)) + 1
     tables = single_precision(world)
@@ -83,18 +92,15 @@ def descend(
     compile_seconds = time.perf_counter() - began
     actions = np.zeros((plan.seeds, 0, MUSCLE_COUNT), np.float32)
     states = np.asarray(nodes.state)[:, None]
-    scores = np.zeros(plan.seeds)
     spoilt, finished = 0, True
     try:
         for number in range(windows):
             # All of it comes back at once, so an interrupt loses a window, never half of one.
-            nodes, better, more, scores, bad = jax.device_get(
-                improve(tables, params, knobs, nodes, guess)
-            )
+            nodes, better, more, bad = jax.device_get(improve(tables, params, knobs, nodes, guess))
             first = number * stride
             kept = min(length - first, window) if number == windows - 1 else stride
-            actions = np.concatenate([actions, better[:, :kept]], axis=1)
-            states = np.concatenate([states, more[:, :kept]], axis=1)
+            longer = np.concatenate([actions, better[:, :kept]], axis=1)
+            actions, states = longer, np.concatenate([states, more[:, :kept]], axis=1)
             fresh = changes[:, first + window : first + window + stride]
             guess = np.concatenate([better[:, stride:], fresh], axis=1)
             spoilt += int(bad.sum())
@@ -104,23 +110,24 @@ def descend(
         if actions.shape[1] == 0:
             raise
         finished = False
-        actions, states = _coast(world, length, actions, states)
+        ahead = guess[:, : min(window - stride, length - actions.shape[1])]
+        actions, states = _coast(world, length, actions, states, ahead)
     if spoilt and say is not None:
         say(f"{spoilt} gradients were not finite; those steps were left out")
-    return Descended(actions, states, scores, finished, compile_seconds)
+    return Descended(actions, states, finished, compile_seconds)
 
 
 def _coast(
-    world: HillWorld, length: int, actions: np.ndarray, states: np.ndarray
+    world: HillWorld, length: int, actions: np.ndarray, states: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The rest of a script by the controller alone."""
-    missing = length - actions.shape[1]
-    still = np.zeros((len(actions), missing, MUSCLE_COUNT), actions.dtype)
+    """The rest of a script: what is improved already `ahead`, then the controller alone."""
+    missing = length - actions.shape[1] - ahead.shape[1]
+    rest = np.pad(ahead, ((0, 0), (0, missing), (0, 0)))
     found = [states]
-    for t in range(missing):
-        after = world.transition(world.tables, found[-1][:, -1].astype(float), still[:, t])
+    for t in range(rest.shape[1]):
+        after = world.transition(world.tables, found[-1][:, -1].astype(float), rest[:, t])
         found.append(after[:, None].astype(states.dtype))
-    return np.concatenate([actions, still], axis=1), np.concatenate(found, axis=1)
+    return np.concatenate([actions, rest], axis=1), np.concatenate(found, axis=1)
 
 
 def _roots(world: HillWorld, objective: Objective, tables: Any, params: Any, count: int) -> Node:
@@ -155,14 +162,24 @@ def _compiled(
             def one(node: Node, changes: Array) -> Any:
                 steps = (plan.optimiser, plan.steps, bound)
                 return _improve(
-                    world, objective, length, stride, steps, tables, params, knobs, node, changes
+                    world,
+                    objective,
+                    length,
+                    stride,
+                    steps,
+                    plan.seeds,
+                    tables,
+                    params,
+                    knobs,
+                    node,
+                    changes,
                 )
 
             return jax.tree.leaves(jax.vmap(one)(nodes, guess))
 
         _programs[key] = compiled_program(f"descent {key!r}", improve, leaves, say)
     program = _programs[key]
-    result = jax.tree.structure((arguments[3], 0, 0, 0, 0))
+    result = jax.tree.structure((arguments[3], 0, 0, 0))
     return lambda *given: jax.tree.unflatten(result, program(*jax.tree.leaves(given)))
 
 
@@ -172,20 +189,21 @@ def _improve(
     length: int,
     stride: int,
     how: tuple[str, int, float | None],
+    seeds: int,
     tables: Any,
     params: Any,
     knobs: Array,
     node: Node,
     changes: Array,
-) -> tuple[Node, Array, Array, Array, Array]:
+) -> tuple[Node, Array, Array, Array]:
     """One window of one seed.
 
     Args:
         node: where the window begins.
         changes: [W, 6], what its optimisation begins with.
 
-    Returns: the node after `stride` frames, the changes, the states after each frame [W, 76], the
-        score at its end, and the number of gradients that were not finite.
+    Returns: the node after `stride` frames, the changes, the states after each frame [W, 76], and
+        the number of gradients that were not finite.
     """
     rate, damping = knobs
     optimiser, steps, bound = how
@@ -200,6 +218,8 @@ def _improve(
         after, now = jax.tree.map(lambda a, b: jnp.where(live, a, b), (after, now), carry)
         return (after, now), after.state
 
+    if changes.shape[0] * seeds > REMEMBERED_FRAMES:
+        frame = jax.checkpoint(frame)
     shapes = jax.eval_shape(lambda: follow(world, objective, tables, params, node, changes[0]))
     nothing = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes[1])
 
@@ -209,6 +229,5 @@ def _improve(
 
     best, spoilt = minimise(loss, changes, optimiser, steps, rate, bound)
     middle, first = jax.lax.scan(frame, (node, nothing), best[:stride])
-    (end, last), rest = jax.lax.scan(frame, middle, best[stride:])
-    score = objective.score(tables, params, end.carry, last)
-    return middle[0], best, jnp.concatenate([first, rest]), score, spoilt
+    _, rest = jax.lax.scan(frame, middle, best[stride:])
+    return middle[0], best, jnp.concatenate([first, rest]), spoilt

@@ -29,7 +29,7 @@ def minimise(
         bound: each number stays within [-bound, bound]; None for a free variable.
     """
     if bound is not None:
-        return _in_box(loss, start, steps, bound), _spoilt(loss, start)
+        return _in_box(loss, start, steps, bound)
     return _free(loss, start, optimiser, steps, rate)
 
 
@@ -48,8 +48,9 @@ def _free(loss: Loss, start: Array, optimiser: str, steps: int, rate: float) -> 
         solver = optimistix.LBFGS(rtol=0.0, atol=0.0)
     else:
         solver = optimistix.NonlinearCG(rtol=0.0, atol=0.0)
+    # The last point is judged too, which takes a step more.
     found: Any = optimistix.minimise(
-        safe, optimistix.BestSoFarMinimiser(solver), start, max_steps=steps, throw=False
+        safe, optimistix.BestSoFarMinimiser(solver), start, max_steps=steps + 1, throw=False
     )
     if optimiser == "adam":
         return found.value, found.state.state.opt_state.total_notfinite
@@ -61,8 +62,11 @@ def _spoilt(loss: Loss, start: Array) -> Array:
     return (~jnp.isfinite(jax.grad(loss)(start)).all()).astype(jnp.int32)
 
 
-def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> Array:
-    """By jaxopt, which is no longer maintained: optimistix has nothing for boxes yet."""
+def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> tuple[Array, Array]:
+    """By jaxopt, which is no longer maintained: optimistix has nothing for boxes yet.
+
+    Its steps can lead uphill, so that the best point is kept here.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         import jaxopt
@@ -76,4 +80,17 @@ def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> Array:
         fun=safe, projection=projection_box, maxiter=steps, maxls=6, tol=0.0, implicit_diff=False
     )
     limits = (jnp.full_like(start, -bound), jnp.full_like(start, bound))
-    return solver.run(jnp.clip(start, *limits), hyperparams_proj=limits).params
+    start = jnp.clip(start, *limits)
+
+    def step(carry: Any, _: None) -> tuple[Any, None]:
+        point, state, best, least = carry
+        point, state = solver.update(point, state, hyperparams_proj=limits)
+        value = safe(point)
+        better = value < least
+        best = jnp.where(better, point, best)
+        return (point, state, best, jnp.where(better, value, least)), None
+
+    state = solver.init_state(start, hyperparams_proj=limits)
+    carry = (start, state, start, safe(start))
+    (_, _, best, _), _ = jax.lax.scan(step, carry, None, length=steps)
+    return best, _spoilt(loss, start)

@@ -10,19 +10,20 @@ import hashlib
 import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import jax
 import jax.export
-import jaxlib
 
 from i2pdsl.resources import atomic_path, cache_folder
 
 Array = Any
 
 # A program is made of these files; another version of them makes other programs.
-_SOURCES = ("audience", "objective", "search", "worlds")
+_SOURCES = ("audience", "objective", "planning", "search", "worlds")
+_LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
 
 
 def compiled_program(
@@ -67,7 +68,8 @@ def _fingerprint() -> str:
     for folder in _SOURCES:
         for path in sorted((package / folder).rglob("*.py")):
             content.update(path.read_bytes())
-    return f"{jax.__version__} {jaxlib.__version__} {jax.default_backend()} {content.hexdigest()}"
+    versions = " ".join(f"{name} {version(name)}" for name in _LIBRARIES)
+    return f"{versions} {jax.default_backend()} {content.hexdigest()}"
 
 
 def _program_path(digest: str) -> Path | None:

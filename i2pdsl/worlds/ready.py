@@ -10,6 +10,7 @@ from typing import Any
 
 from i2pdsl.worlds.find import Spec
 from i2pdsl.worlds.grid.world import build_world, unplanned_world
+from i2pdsl.worlds.hill.controllers import controllers_version
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.world import build_hill
 from i2pdsl.worlds.world import Viewer, World
@@ -35,7 +36,7 @@ def viewers_of(spec: Spec, observers: tuple[Any, ...]) -> tuple[Viewer, ...]:
 
 
 @lru_cache(maxsize=4)
-def _world(spec: Spec, viewers: tuple[Viewer, ...]) -> World:
+def _world(spec: Spec, viewers: tuple[Viewer, ...], _trained: tuple[Any, ...]) -> World:
     if isinstance(spec, HillSpec):
         return build_hill(spec, viewers, _watch.say)
     return build_world(spec, viewers, _watch.planning, _watch.say)
@@ -50,10 +51,17 @@ def ready_world(spec: Spec, viewers: tuple[Viewer, ...], watch: Watch | None = N
     began = time.perf_counter()
     _watch = watch or Watch()
     try:
-        return _world(spec, viewers)
+        return _world(spec, viewers, _versions(spec, viewers))
     finally:
         _watch.add("plan", began)
         _watch = Watch()
+
+
+def _versions(spec: Spec, viewers: tuple[Viewer, ...]) -> tuple[Any, ...]:
+    """What tells controllers from those that another training has put in their place."""
+    if not isinstance(spec, HillSpec):
+        return ()
+    return tuple(controllers_version(each) for each in (spec, *(v.spec for v in viewers)))
 
 
 def world_of_rules(spec: Spec) -> World:

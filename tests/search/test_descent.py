@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,9 @@ TERMS = (
 )
 
 
+SUMS = (TERMS[0], TERMS[4], TERMS[7])
+
+
 def story(objective: str, length: int = 20, *lines: str, weight: float = 0.1) -> Story:
     text = "\n".join(
         (f"world hill(weight = {weight})", f"length {length}", f"maximize {objective}", *lines)
@@ -58,10 +62,13 @@ def test_the_fold_scores_as_the_whole_script_does(objective: str) -> None:
         for t, action in enumerate(path.actions, 1):
             node, frame = follow(world, compiled, tables, params, node, jnp.asarray(action))
             np.testing.assert_allclose(node.state, path.states[t], atol=1e-8)
-            prefix = replay(world, path.states[: t + 1], path.actions[:t])
             found = float(compiled.score(tables, params, node.carry, frame))
-            if t == len(path.actions):
-                assert found == pytest.approx(score_script(made.typed, world, prefix), abs=1e-6)
+            prefix = replay(world, path.states[: t + 1], path.actions[:t])
+            if objective in SUMS:  # of the frames so far, whatever T is
+                shorter = re.sub(r"length \d+", f"length {t}", made.typed.source.text)
+                typed = story_from(Source("prefix.story", shorter)).typed
+                assert found == pytest.approx(score_script(typed, world, prefix), abs=1e-6)
+    assert found == pytest.approx(score_script(made.typed, world, prefix), abs=1e-6)
     assert script.score == pytest.approx(found, abs=1e-6)
 
 
@@ -182,6 +189,12 @@ def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> No
     assert np.abs(actions[:40]).max() > 0
     np.testing.assert_array_equal(actions[40:], 0)
 
+    text = "search descend(seeds = 2, window = 20, overlap = 0.5)"
+    found = story("depict(weight = 0.5)", 60, text).solve(0, watch=Watch(searching=report))
+    actions = found.script.trajectory.actions
+    assert np.abs(actions[20:30]).max() > 0, "the second half of the last window is kept too"
+    np.testing.assert_array_equal(actions[30:], 0)
+
     def at_once(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
 
@@ -236,6 +249,47 @@ def test_the_best_point_is_kept() -> None:
     """A step that is far too long jumps over the minimum; the start was better."""
     found, _ = minimise(lambda x: (x**4).sum(), jnp.asarray([0.01]), "adam", 3, 50.0, None)
     assert abs(float(found[0])) <= 0.01
+
+
+def test_the_best_point_in_the_box_is_kept() -> None:
+    """Accelerated steps lead uphill on a rugged loss; never the result."""
+    for phase in range(8):
+
+        def loss(x: jax.Array) -> jax.Array:
+            return (x**2).sum() + 2 * jnp.sin(9 * x + phase).sum()  # noqa: B023
+
+        start = jnp.linspace(-1.5, 1.5, 5)
+        values = [float(loss(minimise(loss, start, "adam", n, 0.1, 2.0)[0])) for n in (1, 3, 9)]
+        assert values[0] <= float(loss(start))
+        assert values == sorted(values, reverse=True)
+
+
+def test_where_the_loss_in_the_box_means_nothing_it_is_not_taken() -> None:
+    def loss(x: jax.Array) -> jax.Array:
+        return jnp.where(x[0] > 0.25, jnp.nan, -x[0])
+
+    found, _ = minimise(loss, jnp.asarray([0.0]), "adam", 30, 0.1, 1.0)
+    assert 0.0 <= float(found[0]) <= 0.25
+
+
+def test_one_step_is_a_step() -> None:
+    found, _ = minimise(lambda x: (x**2).sum(), jnp.asarray([1.0]), "adam", 1, 0.1, None)
+    assert float(found[0]) == pytest.approx(0.9, abs=1e-3)
+
+
+def test_what_is_too_much_at_once_is_refused() -> None:
+    with pytest.raises(StoryError, match="too many to improve at once"):
+        solved("depict(weight = 0.5)", 60_000, "search descend(seeds = 10, window = 60000)")
+
+
+def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    how = "search descend(seeds = 2, window = 10, steps = 3)"
+    usual = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
+    monkeypatch.setattr(descent, "REMEMBERED_FRAMES", 1)
+    monkeypatch.setattr(descent, "_programs", {})
+    monkeypatch.setattr(descent, "compiled_program", lambda _, f, *__: jax.jit(f))
+    again = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
+    np.testing.assert_allclose(usual, again, atol=1e-3)
 
 
 def test_where_the_loss_means_nothing_it_is_not_taken() -> None:

@@ -190,6 +190,31 @@ def test_gradients_are_finite_differences() -> None:
         assert np.abs(found).max() > 1e-6
 
 
+CORNERS = [
+    {"weight": weight, "slope": slope, "gravity": gravity, "node_mass": mass, "friction": friction}
+    for weight in (0.1, 2.0)
+    for slope in (-0.3, 0.0, 0.6)
+    for gravity in (0.0, 10.0)
+    for mass in (10.0, 100.0)
+    for friction in (0.0, 10.0)
+]
+
+
+@pytest.mark.parametrize("settings", CORNERS, ids=lambda s: "-".join(f"{v:g}" for v in s.values()))
+def test_what_the_settings_allow_is_stable(settings: dict[str, float]) -> None:
+    """The corners of what stories may set: nothing starts below the slope, nothing blows up."""
+    spec = SPEC.with_settings({**settings, "foot_mass": 10.0})
+    body, mass = hopper.build_body(spec), hopper.masses(spec, settings["weight"])
+    motion = springs.motion_of(hopper.initial_state(settings["slope"])[None])
+    generator = np.random.default_rng(0)
+    motion, _ = springs.step(body, mass, motion, np.zeros((6, 1)))
+    assert np.abs(motion.velocity).max() < 2.5
+    for _ in range(150):
+        motion, _ = springs.step(body, mass, motion, generator.normal(size=(6, 1)))
+    # From the steepest slope things slide far, but no faster than they can fall.
+    assert np.abs(motion.velocity).max() < 30 + settings["gravity"] * 150 * springs.FRAME_SECONDS
+
+
 def test_jax_and_numpy_agree() -> None:
     state = moving_states(3, 0.5)[-1]
     actuation = np.random.default_rng(5).normal(size=(6, 1))

@@ -26,6 +26,7 @@ FORMAT, VERSION = "i2p-controllers", 1
 SHIPPED = Path(__file__).parent / "controllers"
 POSITION_SCALE = VELOCITY_SCALE = 5.0
 VALUE_SCALE = 100.0
+ITERATIONS = 2400  # of a training
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,12 @@ class Controllers:
 
 def weight_input(weights: tuple[float, ...], weight: float) -> float:
     """The networks' input for a weight: -1 for the lightest of the trained, 1 for the heaviest."""
-    if len(weights) == 1:
-        return 0.0
     return 2 * (weight - weights[0]) / (weights[-1] - weights[0]) - 1
 
 
 def scaling(slope: float) -> tuple[np.ndarray, np.ndarray]:
     """(offset, scale), [76] each: networks see (observation - offset) / scale."""
-    x, y = initial_state()[: 2 * NODE_COUNT].reshape(2, NODE_COUNT)
+    x, y = initial_state(slope)[: 2 * NODE_COUNT].reshape(2, NODE_COUNT)
     offset = np.concatenate([x - x[0], y - np.tan(slope) * x[0], np.zeros(2 * NODE_COUNT)])
     scale = np.repeat([POSITION_SCALE, VELOCITY_SCALE], 2 * NODE_COUNT)
     return offset, scale
@@ -100,7 +99,7 @@ def load_controllers(path: Path) -> Controllers:
     except OSError:
         raise
     except Exception as problem:  # zipfile and NumPy raise a dozen kinds for a damaged file
-        raise ValueError(f"damaged ({problem})") from problem
+        raise ValueError(f"it is damaged ({problem})") from problem
 
 
 def _layers(arrays: dict[str, np.ndarray], name: str) -> Layers:
@@ -119,38 +118,38 @@ def find_controllers(
 ) -> Controllers:
     """The controllers of a training seed for a hill and the weights that it needs.
 
-    Those of the default hill serve where only one of its weights is needed. Raises StoryError,
-    naming the command that trains them, where there are none.
+    Raises StoryError, naming the command that trains them, where there are none.
     """
-    for weights in _trained_for(spec, seed):
-        for path in places(spec, weights, seed):
-            try:
-                return load_controllers(path)
-            except OSError:
-                continue
-            except ValueError as problem:
-                if say is not None:
-                    say(f"the controllers {path} are {problem}")
+    for path in places(spec, seed):
+        try:
+            return load_controllers(path)
+        except FileNotFoundError:
+            continue
+        except (OSError, ValueError) as problem:
+            if say is not None:
+                say(f"the controllers {path} cannot be read: {problem}")
     shown = ", ".join(f"{w:g}" for w in spec.trained_weights)
     message = f"no controllers are trained for this hill (weights {shown}; training seed {seed})"
     command = training_command(spec, seed)
     raise error("training", message, whole_file(f"world {spec.name}"), f"train them: `{command}`")
 
 
-def _trained_for(spec: HillSpec, seed: int) -> list[tuple[float, ...]]:
-    """The sets of weights that would do: what is needed, else the default hill's."""
-    usual = HillSpec().trained_weights
-    needed = spec.trained_weights
-    return [needed, usual] if set(needed) < set(usual) else [needed]
-
-
-def places(spec: HillSpec, weights: tuple[float, ...], seed: int) -> list[Path]:
-    """Where the file can lie: what ships first, which the same training would only repeat."""
-    name = file_name(spec, weights, seed)
+def places(spec: HillSpec, seed: int) -> list[Path]:
+    """Where the file can lie: one's own first."""
+    name = file_name(spec, spec.trained_weights, seed)
     found = [SHIPPED / name]
     with suppress(OSError):
-        found.append(cache_folder("controllers") / name)
+        found.insert(0, cache_folder("controllers") / name)
     return found
+
+
+def controllers_version(spec: HillSpec) -> tuple[tuple[str, int], ...]:
+    """Another one for other files: the places that have one, with their times of change."""
+    found = []
+    for path in places(spec, spec.settings.controller):
+        with suppress(OSError):
+            found.append((str(path), path.stat().st_mtime_ns))
+    return tuple(found)
 
 
 def _plain(number: float) -> str:
@@ -158,7 +157,7 @@ def _plain(number: float) -> str:
     return str(number).removesuffix(".0")
 
 
-def training_command(spec: HillSpec, seed: int) -> str:
+def training_command(spec: HillSpec, seed: int, iterations: int = ITERATIONS) -> str:
     """The command that trains what a hill needs."""
     parts = [f"i2p train {spec.name}"]
     changed = spec.changed_settings()
@@ -166,4 +165,7 @@ def training_command(spec: HillSpec, seed: int) -> str:
     if spec.trained_weights != HillSpec().trained_weights:
         shown = ",".join(map(_plain, spec.trained_weights))
         parts.append(f"--set 'weights={{{shown}}}'")  # shells have a meaning for braces
-    return " ".join((*parts, f"--seed {seed}"))
+    parts.append(f"--seed {seed}")
+    if iterations != ITERATIONS:
+        parts.append(f"--iterations {iterations}")
+    return " ".join(parts)

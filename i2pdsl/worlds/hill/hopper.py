@@ -46,6 +46,7 @@ SPRINGS = (*BONES, *MUSCLES, *CRATE, *ROPE)
 NODE_COUNT, SPRING_COUNT, MUSCLE_COUNT = len(_DRAWN), len(SPRINGS), len(MUSCLES)
 FIRST_MUSCLE = len(BONES)
 ROPE_SPRING = SPRING_COUNT - 1
+DRAWN_SLOPE = 0.1
 STIFFNESS, ROPE_STIFFNESS, DAMPING = 500.0, 100.0, 20.0
 STATE_SIZE = 4 * NODE_COUNT  # x of all nodes, y of all, then the velocities in the same order
 
@@ -78,9 +79,15 @@ def rest_positions() -> np.ndarray:
     return np.stack([5 * (x - 4), 4 * (y + 0.4)])
 
 
-def initial_state() -> np.ndarray:
-    """The first state: at rest, [76]. The box drops onto the slope in the first frames."""
-    return np.concatenate([rest_positions().reshape(-1), np.zeros(2 * NODE_COUNT)])
+def initial_state(slope: float = DRAWN_SLOPE) -> np.ndarray:
+    """The first state: at rest, [76]. The box drops onto the slope in the first frames.
+
+    What was drawn for a slope of 0.1 is turned about the origin onto another one.
+    """
+    x, y = rest_positions()
+    sine, cosine = np.sin(slope - DRAWN_SLOPE), np.cos(slope - DRAWN_SLOPE)
+    turned = np.concatenate([cosine * x - sine * y, sine * x + cosine * y])
+    return np.concatenate([turned, np.zeros(2 * NODE_COUNT)])
 
 
 def build_body(spec: HillSpec) -> Body:

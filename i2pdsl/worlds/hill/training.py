@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.planning.actor_critic import Environment, Recipe, Training, begin, improve_often
 from i2pdsl.planning.networks import Layers, apply_network
@@ -22,6 +23,7 @@ from i2pdsl.worlds.hill.controllers import (
     VALUE_SCALE,
     Controllers,
     file_name,
+    find_controllers,
     save_controllers,
     scaling,
     training_command,
@@ -56,12 +58,12 @@ class Look(NamedTuple):
     @property
     def merit(self) -> float:
         """What checkpoints are compared by."""
-        return self.reward * (1 - FALL_PENALTY * self.falls)
+        return self.reward - FALL_PENALTY * self.falls * abs(self.reward)
 
 
 @dataclass(frozen=True)
 class Trained:
-    """What a training came to, and where it is stored (None where that failed).
+    """What a training came to, and where it is stored (None where better ones are kept).
 
     `finished` is false where it was interrupted: the best so far is kept.
     """
@@ -88,14 +90,15 @@ def hill_environment(
         return jnp.concatenate([seen, known[None]])
 
     def reset(rollouts: int) -> springs.Motion:
-        start = jnp.broadcast_to(_single(initial_state()), (rollouts, len(initial_state())))
-        return springs.motion_of(start)
+        start = _single(initial_state(spec.settings.slope))
+        return springs.motion_of(jnp.broadcast_to(start, (rollouts, len(start))))
 
     def step(motion: springs.Motion, action: Array) -> tuple[springs.Motion, Array, Array]:
         motion, power = springs.step(body, mass, motion, action)
         paid = springs.reward(body, mass, motion, action, power, POWER_CHARGE)
-        fallen = springs.head_height(body, motion.position) < springs.HEAD_FALLEN
-        return motion, paid, fallen
+        # A motion that is not finite is over too: no comparison with NaN is true.
+        up = springs.head_height(body, motion.position) >= springs.HEAD_FALLEN
+        return motion, paid, ~up
 
     return Environment(reset, observe, step, MUSCLE_COUNT), index
 
@@ -154,12 +157,16 @@ def train_hill(
 
     Args:
         folder: where the file goes; the user's cache by default.
-        resume: whether to go on from a training that was interrupted.
+        resume: whether to go on from a training that was interrupted, and to keep controllers
+            that were trained for longer.
         report: called with (iterations done, all, figures).
         say: is told of damaged caches.
 
-    Raises KeyboardInterrupt if it is interrupted before there was anything to keep.
+    Raises KeyboardInterrupt if it is interrupted before there was anything to keep, OSError where
+    nothing can be stored, StoryError where no motion is finite.
     """
+    if folder is None:
+        cache_folder("controllers")  # before the work, if nothing can be stored there
     recipe = recipe or Recipe()
     assert recipe.value_scale == VALUE_SCALE
     began = time.perf_counter()
@@ -198,31 +205,43 @@ def train_hill(
         if best is None:
             raise
         finished = False
-    assert best is not None
+    if best is None:
+        message = "no controllers were found whose motion is finite"
+        raise error("training", message, whole_file(f"world {spec.name}"))
     _, policy, value = jax.device_get(best)
     final = look(policy, seed + 1, LOOK_NOISE)
     about = {
-        "command": training_command(spec, seed),
+        "command": training_command(spec, seed, recipe.iterations),
         "seed": seed,
         "physics": spec.physics,
         "iterations": int(training.iteration),
+        "finished": finished,
         "reward": round(final.reward, 3),
         "falls": final.falls,
         "climbs": [round(c, 2) for c in final.climbs],
     }
     found = Controllers(policy, value, weights, about)
-    path = None
-    try:
-        path = (folder or cache_folder("controllers")) / file_name(spec, weights, seed)
-        save_controllers(path, found)
-    except OSError as problem:
+    place = (folder or cache_folder("controllers")) / file_name(spec, weights, seed)
+    path: Path | None = place
+    if folder is None and resume and _are_better(spec, seed, int(training.iteration)):
         path = None
         if say is not None:
-            say(f"the controllers could not be stored: {problem}")
+            say("the controllers that are there were trained for longer, and are kept")
+    else:
+        save_controllers(place, found)
     if finished:
         with suppress(OSError):
             store.remove(name)
     return Trained(found, path, finished, time.perf_counter() - began, final)
+
+
+def _are_better(spec: HillSpec, seed: int, iterations: int) -> bool:
+    """Whether controllers are stored, or ship, that were trained for more iterations."""
+    try:
+        found = find_controllers(spec, seed)
+    except StoryError:
+        return False
+    return int(found.about.get("iterations", 0)) > iterations
 
 
 def _packed(training: Training, best: tuple[Look, Layers, Layers] | None) -> dict[str, np.ndarray]:

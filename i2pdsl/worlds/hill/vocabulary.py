@@ -17,7 +17,8 @@ PREDICATES = (
 )
 
 _Number = tuple[Callable[[float], bool], str]
-_LIGHTEST, _HEAVIEST = 0.05, 2.0
+# A node of the box below a mass of 1 is too light for explicit steps of this size.
+_LIGHTEST, _HEAVIEST = 0.1, 2.0
 
 
 def _between(low: float, high: float) -> _Number:
@@ -30,8 +31,8 @@ _RANGES: dict[str, _Number] = {
     "gravity": _between(0.0, 10.0),
     "friction": _between(0.0, 10.0),
     "box_friction": _between(0.0, 10.0),
-    "node_mass": _between(5.0, 100.0),
-    "foot_mass": _between(5.0, 1000.0),
+    "node_mass": _between(10.0, 100.0),
+    "foot_mass": _between(10.0, 1000.0),
     "controller": (lambda x: x == int(x) and 0 <= x < 2**31, "a training seed, a whole number"),
     "sigma": _between(0.01, 1000.0),
     "forgetting": _between(0.0, 0.5),

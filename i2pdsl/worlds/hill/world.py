@@ -90,7 +90,7 @@ class HillWorld(ContinuousWorld):
 
     def starts(self, condition: ty.Typed | None) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
-        return initial_state()[None]
+        return initial_state(self.spec.settings.slope)[None]
 
     def actuation(self, state: Array, action: Array) -> Array:
         """What the muscles do in a frame, [..., 6]."""
