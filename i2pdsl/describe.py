@@ -82,7 +82,10 @@ def describe_world(spec: Spec) -> str:
         ),
         (
             "settings",
-            [(f"{s.name} = {_shown(s.default)}", s.documentation) for s in words.settings.values()],
+            [
+                (f"{s.name} = {shown_value(s.default)}", s.documentation)
+                for s in words.settings.values()
+            ],
         ),
     ]
     for title, rows in sections:
@@ -114,7 +117,7 @@ def _hill_in_words(spec: HillSpec) -> list[str]:
     ]
 
 
-def _shown(value: Any) -> str:
+def shown_value(value: Any) -> str:
     """A setting's value as a story has it."""
     if isinstance(value, tuple):
         return "{" + ", ".join(f"{x:g}" for x in value) + "}"

@@ -20,6 +20,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import math
 import os
 import re
 import shlex
@@ -27,20 +28,25 @@ import sys
 import tempfile
 import tomllib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import pytest
 
 from i2pdsl.cli import program, run_command
+from i2pdsl.describe import shown_value
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.builtins import FORMS, FUNCTIONS
 from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
+from i2pdsl.language.settings import SEARCH_SETTINGS
+from i2pdsl.language.vocabulary import Setting
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS, parse_world
 from i2pdsl.worlds.grid.spec import Settings
+from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md") if p.is_file()]
@@ -238,7 +244,21 @@ def settings_table() -> str:
     return "\n".join(rows) + "\n"
 
 
-TABLES = {"builtins": builtins_table, "settings": settings_table}
+def rows_of(settings: Iterable[Setting]) -> str:
+    """A table of settings."""
+    rows = ["| setting | default | can be | meaning |", "|---|---|---|---|"]
+    for s in settings:
+        default = "none" if s.default == math.inf else shown_value(s.default)
+        rows.append(f"| `{s.name}` | {default} | {s.possible} | {s.documentation} |")
+    return "\n".join(rows) + "\n"
+
+
+TABLES = {
+    "builtins": builtins_table,
+    "settings": settings_table,
+    "hill": lambda: rows_of(hill_vocabulary(HillSpec()).settings.values()),
+    "descend": lambda: rows_of(SEARCH_SETTINGS["descend"]),
+}
 
 
 # Tests.
