@@ -74,7 +74,7 @@ class Bars:
         """Some more iterations of a training are done."""
         self._count("training", done, total)
         if self.shown:
-            shown = f", reward {figures['best']:.2f}, falls {100 * figures['falls']:.0f} %"
+            shown = f"reward {figures['best']:.2f}, falls {100 * figures['falls']:.0f} %"
             self.bar.set_postfix_str(shown, refresh=True)
 
     def drawing(self, name: str, done: int, total: int) -> None:

@@ -5,6 +5,10 @@ world hill(weight = 0.5)
 length 800
 
 maximize arc(hopper)
+minimize sum_t 100 * [fallen(hopper) @ script[t]]
+
+# A few steps in each window: with more it lies down where its fortune shall be low.
+search descend(steps = 14)
 
 let tide = sin(t/T * 3*pi)
 let fortune = E[V(hopper) | script[:t]]

@@ -9,8 +9,6 @@ let t_f = 450
 maximize sum_t (if t_s <= t <= t_f then -1 else 1) * E[V(hopper) | script[:t], weight = 0.5]
 minimize sum_t 5000 * [fallen(hopper) @ script[t]]
 
-search descend(steps = 20)
-
 let fortune = E[V(hopper) | script[:t], weight = 0.5]
 let before = sum_{t in 41..t_s - 1} fortune / (t_s - 41)
 let during = sum_{t in t_s..t_f} fortune / (t_f - t_s + 1)
