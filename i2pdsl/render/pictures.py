@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.render.files import KEY_FRAMES, UNSURE, PictureFiles, percent, printable
 from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
 from i2pdsl.render.stage import Actor, Stage, Tile
 from i2pdsl.scripts import Script
@@ -20,13 +21,8 @@ from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 if TYPE_CHECKING:
     from i2pdsl.render.hill.pictures import HillPictures
 
-FORMATS = ("png", "svg", "gif", "mp4", "html")
-KEY_FRAMES = 8
-UNSURE = 0.1  # beliefs closer than this are a tie
 # For values and characters that the palette does not name; dashes and labels tell them apart too.
 _MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
-
-Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
 
 
 def stage_of(spec: GridSpec) -> Stage:
@@ -56,7 +52,7 @@ def pictures_of(scripts: Sequence[Script], title: str | None = None) -> Pictures
     return Pictures(scripts[0], title)
 
 
-class Pictures:
+class Pictures(PictureFiles):
     """Draws one script of a grid world; what several pictures share is computed once."""
 
     def __init__(self, script: Script, title: str | None = None):
@@ -65,7 +61,7 @@ class Pictures:
         self.stage = stage_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
         name = title or str(script.record.story.get("name") or script.world.name)
-        self.title = "".join(c if c.isprintable() else " " for c in name)  # all that an SVG holds
+        self.title = printable(name)
 
     @cached_property
     def film(self) -> Any:
@@ -148,64 +144,37 @@ class Pictures:
 
     # Files.
 
-    def save(
-        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
-    ) -> dict[str, Path]:
-        """Writes the pictures of the formats asked for; returns name -> path."""
-        return dict(self.drawn(folder, formats, progress))
-
-    def drawn(
-        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
-    ) -> Iterator[tuple[str, Path]]:
-        """As `save`, one file after the other, those that take longest last."""
-        if "png" in formats or "svg" in formats:
-            yield from self._still(folder, formats)
-        if "html" in formats:
-            from i2pdsl.render.page import save_page
-
-            page = save_page(
-                folder / "page.html",
-                self.stage,
-                self.document,
-                self.film,
-                self.panels,
-                self.title,
-                str(self.script.record.story.get("source") or ""),
-                marks=self.marks,
-            )
-            yield "html", page
-        for kind in ("gif", "mp4"):
-            if kind in formats:
-                yield kind, self._film(folder / f"film.{kind}", progress)
-
-    def _still(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+    def comic(self) -> str:
         from i2pdsl.render.comic import comic_svg, key_frames
-        from i2pdsl.render.mind import save_mind
-        from i2pdsl.render.raster import save_png, save_svg
 
         frames = key_frames(self.document, self.beliefs(), KEY_FRAMES)
-        comic = comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
-        title = f"What viewers believe: {self.title}"
-        for kind in ("png", "svg"):
-            if kind in formats:
-                path = folder / f"comic.{kind}"
-                if kind == "png":
-                    save_png(path, comic, zoom=1.25)
-                else:
-                    save_svg(path, comic)
-                yield path.name, path
-                path = folder / f"mind.{kind}"
-                yield path.name, save_mind(path, self.panels, title, marks=self.marks)
+        return comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
 
-    def _film(self, path: Path, progress: Progress | None) -> Path:
+    def save_mind(self, path: Path, title: str) -> Path | None:
+        from i2pdsl.render.mind import save_mind
+
+        return save_mind(path, self.panels, title, marks=self.marks)
+
+    def save_page(self, path: Path) -> Path:
+        from i2pdsl.render.page import save_page
+
+        return save_page(
+            path,
+            self.stage,
+            self.document,
+            self.film,
+            self.panels,
+            self.title,
+            str(self.script.record.story.get("source") or ""),
+            marks=self.marks,
+        )
+
+    def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.film import save_gif, save_mp4
 
         save = save_gif if path.suffix == ".gif" else save_mp4
-        report = None
-        if progress is not None:
-            report = lambda done, total: progress(path.name, done, total)
-        save(path, self.stage, self.film, title=self.title, meters=self.meters(), progress=report)
-        return path
+        meters = self.meters()
+        save(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
 
 
 def _series(curves: Any) -> tuple[Series, ...]:
@@ -223,11 +192,4 @@ def _belief(panel: Panel, t: int) -> str:
     if others and first.values[t] - others[0].values[t] < UNSURE:
         return f"{who}: hard to tell"
     verb = "wants" if what == "goal" else "is"
-    return f"{who} {verb} {first.label} ({_percent(first.values[t])})"
-
-
-def _percent(p: float) -> str:
-    """A probability for people: 0.997 as 99.7 %, but never 100 % where it is not certain."""
-    if p >= 0.995:
-        return "> 99 %"
-    return f"{100 * p:.0f} %"
+    return f"{who} {verb} {first.label} ({percent(first.values[t])})"

@@ -145,14 +145,14 @@ def test_an_interrupted_training_goes_on_to_the_same_end(quick: Path) -> None:
         strict=True,
     ):
         np.testing.assert_allclose(a, b, atol=1e-6)
-    name = f"training-{spec.training_key((0.1, 0.5))}-6-seed1"
+    name = f"training-{spec.training_key}-6-seed1"
     assert store.load(name) is None, "what is finished needs no state any more"
 
 
 @pytest.mark.parametrize("damage", ["cut", "other"])
 def test_a_damaged_state_of_training_begins_anew(quick: Path, damage: str) -> None:
     spec = HillSpec()
-    name = f"training-{spec.training_key((0.1, 0.5))}-6-seed1"
+    name = f"training-{spec.training_key}-6-seed1"
     store.save(name, {"numbers": np.zeros(3)})
     path = quick / "plans" / f"{name}-v{store.VERSION}.npz"
     if damage == "cut":

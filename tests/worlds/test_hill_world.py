@@ -24,7 +24,7 @@ from i2pdsl.worlds.world import Viewer
 
 WEIGHTS = (0.1, 0.5)
 SHIPPED = (0, 1, 2, 3, 4)
-SHIPPED_ZERO = files.SHIPPED / files.file_name(HillSpec(), WEIGHTS, 0)
+SHIPPED_ZERO = files.SHIPPED / files.file_name(HillSpec(), 0)
 
 
 def world(**settings: float | str) -> HillWorld:

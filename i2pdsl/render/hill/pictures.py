@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from i2pdsl.render.files import KEY_FRAMES, PictureFiles, printable
 from i2pdsl.render.hill.performance import HUES, Performance, key_frames
 from i2pdsl.render.mind import PANELS_MAX, Panel, Series, Window
 
-FORMATS = ("png", "svg", "gif", "mp4", "html")
-KEY_FRAMES = 8
 
-Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
-
-
-class HillPictures:
+class HillPictures(PictureFiles):
     """Draws one performance, or several side by side in the same time."""
 
     def __init__(self, performances: Sequence[Performance], title: str | None = None):
@@ -27,7 +23,9 @@ class HillPictures:
         self.performances = tuple(performances)
         self.several = len(self.performances) > 1
         name = title or " · ".join(p.title for p in self.performances)
-        self.title = "".join(c if c.isprintable() else " " for c in name)  # all that an SVG holds
+        self.title = printable(name)
+        if self.several:
+            self.names = ("together",) * 3
 
     @cached_property
     def panels(self) -> tuple[Panel, ...]:
@@ -39,64 +37,29 @@ class HillPictures:
         """The stretches of time to shade in the curves: all there are, each once."""
         return tuple(dict.fromkeys(w for p in self.performances for w in p.windows))
 
-    def save(
-        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
-    ) -> dict[str, Path]:
-        """Writes the pictures of the formats asked for; returns name -> path."""
-        return dict(self.drawn(folder, formats, progress))
-
-    def drawn(
-        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
-    ) -> Iterator[tuple[str, Path]]:
-        """As `save`, one file after the other, those that take longest last."""
-        if "png" in formats or "svg" in formats:
-            yield from self._still(folder, formats)
-        if "html" in formats:
-            from i2pdsl.render.hill.page import save_page
-
-            name = "together.html" if self.several else "page.html"
-            path = save_page(
-                folder / name, self.performances, self.panels, self.title, self.windows
-            )
-            yield "html", path
-        for kind in ("gif", "mp4"):
-            if kind in formats:
-                name = f"together.{kind}" if self.several else f"film.{kind}"
-                yield kind, self._film(folder / name, progress)
-
-    def _still(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+    def comic(self) -> str:
         from i2pdsl.render.hill.comic import comic_svg, together_svg
-        from i2pdsl.render.mind import save_mind
-        from i2pdsl.render.raster import save_png, save_svg
 
         if self.several:
-            name, drawing = "together", together_svg(self.performances, self.title)
-        else:
-            one = self.performances[0]
-            frames = key_frames(one.frames, one.windows, KEY_FRAMES)
-            name, drawing = "comic", comic_svg(one, frames, self.title)
-        title = f"What viewers believe: {self.title}"
-        for kind in ("png", "svg"):
-            if kind in formats:
-                path = folder / f"{name}.{kind}"
-                if kind == "png":
-                    save_png(path, drawing, zoom=1.25)
-                else:
-                    save_svg(path, drawing)
-                yield path.name, path
-                if self.panels:
-                    path = folder / f"mind.{kind}"
-                    yield path.name, save_mind(path, self.panels, title, windows=self.windows)
+            return together_svg(self.performances, self.title)
+        one = self.performances[0]
+        return comic_svg(one, key_frames(one.frames, one.windows, KEY_FRAMES), self.title)
 
-    def _film(self, path: Path, progress: Progress | None) -> Path:
+    def save_mind(self, path: Path, title: str) -> Path | None:
+        from i2pdsl.render.mind import save_mind
+
+        return save_mind(path, self.panels, title, windows=self.windows) if self.panels else None
+
+    def save_page(self, path: Path) -> Path:
+        from i2pdsl.render.hill.page import save_page
+
+        return save_page(path, self.performances, self.panels, self.title, self.windows)
+
+    def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.hill.film import save_gif, save_mp4
 
         save = save_gif if path.suffix == ".gif" else save_mp4
-        report = None
-        if progress is not None:
-            report = lambda done, total: progress(path.name, done, total)
-        save(path, self.performances, self.title, progress=report)
-        return path
+        save(path, self.performances, self.title, progress=progress)
 
 
 def compared(performances: Sequence[Performance]) -> tuple[Panel, ...]:

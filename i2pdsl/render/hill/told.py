@@ -9,6 +9,7 @@ import numpy as np
 from i2pdsl.errors import Source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.vocabulary import show_value
+from i2pdsl.render.files import UNSURE, percent
 from i2pdsl.render.hill.performance import Performance
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.scripts import Script
@@ -17,7 +18,6 @@ from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT
 from i2pdsl.worlds.hill.world import HillWorld
 
-UNSURE = 0.1  # beliefs closer than this are a tie
 # From the heaviest to the lightest; dashes and labels tell them apart too.
 _COLORS = ("#c65102", "#0068b0", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 
@@ -96,6 +96,4 @@ def _caption(beliefs: Panel, t: int) -> str:
     first, second, *_ = sorted(beliefs.series, key=lambda s: -s.values[t])
     if first.values[t] - second.values[t] < UNSURE:
         return "the box: hard to tell"
-    share = first.values[t]
-    shown = "> 99 %" if share >= 0.995 else f"{100 * share:.0f} %"
-    return f"the box is {first.label.partition(' (')[0]} ({shown})"
+    return f"the box is {first.label.partition(' (')[0]} ({percent(first.values[t])})"

@@ -26,7 +26,6 @@ FORMAT, VERSION = "i2p-controllers", 1
 SHIPPED = Path(__file__).parent / "controllers"
 POSITION_SCALE = VELOCITY_SCALE = 5.0
 VALUE_SCALE = 100.0
-ITERATIONS = 2400  # of a training
 
 
 @dataclass(frozen=True)
@@ -69,9 +68,9 @@ def for_weight(layers: Layers, weights: tuple[float, ...], weight: float) -> Lay
 # Files.
 
 
-def file_name(spec: HillSpec, weights: tuple[float, ...], seed: int) -> str:
-    """The name of the file with the controllers of a hill, some weights and a training seed."""
-    return f"{spec.name}-{spec.training_key(weights)}-seed{seed}.npz"
+def file_name(spec: HillSpec, seed: int) -> str:
+    """The name of the file with the controllers of a hill and a training seed."""
+    return f"{spec.name}-{spec.training_key}-seed{seed}.npz"
 
 
 def save_controllers(path: Path, found: Controllers) -> None:
@@ -136,7 +135,7 @@ def find_controllers(
 
 def places(spec: HillSpec, seed: int) -> list[Path]:
     """Where the file can lie: one's own first."""
-    name = file_name(spec, spec.trained_weights, seed)
+    name = file_name(spec, seed)
     found = [SHIPPED / name]
     with suppress(OSError):
         found.insert(0, cache_folder("controllers") / name)
@@ -157,8 +156,8 @@ def _plain(number: float) -> str:
     return str(number).removesuffix(".0")
 
 
-def training_command(spec: HillSpec, seed: int, iterations: int = ITERATIONS) -> str:
-    """The command that trains what a hill needs."""
+def training_command(spec: HillSpec, seed: int, iterations: int | None = None) -> str:
+    """The command that trains what a hill needs; `iterations` where they are not the usual."""
     parts = [f"i2p train {spec.name}"]
     changed = spec.changed_settings()
     parts += [f"--set {name}={_plain(changed[name])}" for name in spec.physics if name in changed]
@@ -166,6 +165,6 @@ def training_command(spec: HillSpec, seed: int, iterations: int = ITERATIONS) ->
         shown = ",".join(map(_plain, spec.trained_weights))
         parts.append(f"--set 'weights={{{shown}}}'")  # shells have a meaning for braces
     parts.append(f"--seed {seed}")
-    if iterations != ITERATIONS:
+    if iterations is not None:
         parts.append(f"--iterations {iterations}")
     return " ".join(parts)

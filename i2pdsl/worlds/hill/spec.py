@@ -71,9 +71,11 @@ class HillSpec:
         """The settings that decide which controllers are trained."""
         return ("weight", "weights", "controller", *_PHYSICS)
 
-    def training_key(self, weights: tuple[float, ...]) -> str:
-        """A digest of all that training for these weights depends on, besides the seed."""
-        text = json.dumps({"physics": self.physics, "weights": weights}, sort_keys=True)
+    @property
+    def training_key(self) -> str:
+        """A digest of all that training depends on, besides the seed."""
+        content = {"physics": self.physics, "weights": self.trained_weights}
+        text = json.dumps(content, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def changed_settings(self) -> dict[str, Any]:

@@ -84,13 +84,13 @@ def step(body: Body, mass: Array, motion: Motion, actuation: Array) -> tuple[Mot
 def _substep(body: Body, mass: Array, rest: Array, motion: Motion) -> tuple[Motion, Array]:
     xp = motion.position.__array_namespace__()
     position, velocity = motion
-    ends = _over_nodes(body.incidence, position)
-    apart = _over_nodes(body.incidence, velocity)
+    ends = body.incidence @ position
+    apart = body.incidence @ velocity
     length = xp.sqrt((ends**2).sum(0))
     along = ends / length
     extension = xp.clip(length - rest, -LONGEST, LONGEST)
     tension = body.stiffness[:, None] * extension + body.damping * (apart * along).sum(0)
-    force = -_over_nodes(body.incidence.T, tension * along)
+    force = -body.incidence.T @ (tension * along)
     # Axes along the slope: u (up the slope) and n (out of it).
     sine, cosine = xp.sin(body.slope), xp.cos(body.slope)
     depth = xp.maximum(sine * position[0] - cosine * position[1], 0.0)
@@ -103,11 +103,6 @@ def _substep(body: Body, mass: Array, rest: Array, motion: Motion) -> tuple[Moti
     velocity = velocity - lost * xp.stack([cosine, sine])[:, None, None]
     hook = -(motion.velocity[:, HOOK] * along[:, ROPE_SPRING]).sum(0)
     return Motion(position + DT * velocity, velocity), tension[ROPE_SPRING] * hook
-
-
-def _over_nodes(matrix: Array, values: Array) -> Array:
-    """matrix [M, N] times values [2, N, B]: [2, M, B]."""
-    return matrix @ values
 
 
 def head_height(body: Body, position: Array) -> Array:
@@ -131,13 +126,12 @@ def reward(
 ) -> Array:
     """Of a frame, [B]: head up, hopper forward, calm, without effort, and `charge` times the power
     that goes into the box (without it light and heavy boxes go up equally fast)."""
-    hopper = list(HOPPER)
     mass = mass[:, None] if mass.ndim == 1 else mass
-    first = slice(hopper[0], hopper[-1] + 1)
-    velocity = motion.velocity[:, first]
+    hopper = slice(HOPPER[0], HOPPER[-1] + 1)
+    velocity = motion.velocity[:, hopper]
     return (
         head_height(body, motion.position)
-        + 0.5 * (velocity[0] * mass[first]).mean(0)
+        + 0.5 * (velocity[0] * mass[hopper]).mean(0)
         - 0.1 * (velocity**2).sum(0).mean(0)
         - 0.1 * (actuation**2).mean(0)
         - charge * power

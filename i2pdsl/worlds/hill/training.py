@@ -175,7 +175,7 @@ def train_hill(
     look = looker(spec, weights)
     training = begin(environment, recipe, seed)
     best: tuple[Look, Layers, Layers] | None = None
-    name = f"training-{spec.training_key(weights)}-{recipe.iterations}-seed{seed}"
+    name = f"training-{spec.training_key}-{recipe.iterations}-seed{seed}"
     stored = store.load(name, say) if resume else None
     if stored is not None:
         try:
@@ -210,8 +210,9 @@ def train_hill(
         raise error("training", message, whole_file(f"world {spec.name}"))
     _, policy, value = jax.device_get(best)
     final = look(policy, seed + 1, LOOK_NOISE)
+    usual = recipe.iterations == Recipe().iterations
     about = {
-        "command": training_command(spec, seed, recipe.iterations),
+        "command": training_command(spec, seed, None if usual else recipe.iterations),
         "seed": seed,
         "physics": spec.physics,
         "iterations": int(training.iteration),
@@ -221,7 +222,7 @@ def train_hill(
         "climbs": [round(c, 2) for c in final.climbs],
     }
     found = Controllers(policy, value, weights, about)
-    place = (folder or cache_folder("controllers")) / file_name(spec, weights, seed)
+    place = (folder or cache_folder("controllers")) / file_name(spec, seed)
     path: Path | None = place
     if folder is None and resume and _are_better(spec, seed, int(training.iteration)):
         path = None

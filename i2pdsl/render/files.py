@@ -1,0 +1,96 @@
+"""The files of pictures, the same for every world: which there are, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+FORMATS = ("png", "svg", "gif", "mp4", "html")
+KEY_FRAMES = 8
+UNSURE = 0.1  # beliefs closer than this are a tie
+
+Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
+
+
+class PictureFiles:
+    """Writes the pictures of a world's own drawing.
+
+    Attributes:
+        title: of all pictures.
+        names: of the comic, the page and the film, without suffix.
+    """
+
+    title: str
+    names: tuple[str, str, str] = ("comic", "page", "film")
+
+    def comic(self) -> str:
+        """The comic strip, as SVG."""
+        raise NotImplementedError
+
+    def save_mind(self, path: Path, title: str) -> Path | None:
+        """Writes the curves of belief, if there are any."""
+        raise NotImplementedError
+
+    def save_page(self, path: Path) -> Path:
+        """Writes the page."""
+        raise NotImplementedError
+
+    def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
+        """Writes the film, as a GIF or MP4 by the suffix."""
+        raise NotImplementedError
+
+    def save(
+        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
+    ) -> dict[str, Path]:
+        """Writes the pictures of the formats asked for; returns name -> path."""
+        return dict(self.drawn(folder, formats, progress))
+
+    def drawn(
+        self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
+    ) -> Iterator[tuple[str, Path]]:
+        """As `save`, one file after the other, those that take longest last."""
+        comic, page, film = self.names
+        if "png" in formats or "svg" in formats:
+            yield from self._still(folder, formats, comic)
+        if "html" in formats:
+            yield "html", self.save_page(folder / f"{page}.html")
+        for kind in ("gif", "mp4"):
+            if kind in formats:
+                path = folder / f"{film}.{kind}"
+                report = None
+                if progress is not None:
+                    report = lambda done, total, name=path.name: progress(name, done, total)
+                self.save_film(path, report)
+                yield kind, path
+
+    def _still(
+        self, folder: Path, formats: tuple[str, ...], name: str
+    ) -> Iterator[tuple[str, Path]]:
+        from i2pdsl.render.raster import save_png, save_svg
+
+        drawing = self.comic()
+        for kind in ("png", "svg"):
+            if kind in formats:
+                path = folder / f"{name}.{kind}"
+                if kind == "png":
+                    save_png(path, drawing, zoom=1.25)
+                else:
+                    save_svg(path, drawing)
+                yield path.name, path
+                curves = self.save_mind(
+                    folder / f"mind.{kind}", f"What viewers believe: {self.title}"
+                )
+                if curves is not None:
+                    yield curves.name, curves
+
+
+def percent(p: float) -> str:
+    """A probability for people: 0.997 as 99.7 %, but never 100 % where it is not certain."""
+    if p >= 0.995:
+        return "> 99 %"
+    return f"{100 * p:.0f} %"
+
+
+def printable(name: str) -> str:
+    """A name with only what an SVG can hold."""
+    return "".join(c if c.isprintable() else " " for c in name)
