@@ -34,7 +34,7 @@ from pathlib import Path
 
 import pytest
 
-from i2pdsl.cli import program, run_command
+from i2pdsl.cli import command_named, run_command
 from i2pdsl.describe import shown_value
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.builtins import FORMS, FUNCTIONS
@@ -198,7 +198,7 @@ def parse_command(arguments: list[str]) -> None:
     """Fails where there is no such command, argument or option."""
     if arguments[0].startswith("-"):
         return
-    command = program.commands[arguments[0]]
+    command = command_named(arguments[0])
     command.make_context(arguments[0], list(arguments[1:]), resilient_parsing="-h" in arguments)
 
 

@@ -1,0 +1,63 @@
+"""The kinds of arguments that commands take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+
+class Seeds(click.ParamType):
+    """`0-19`, `3` or `1,4,7`."""
+
+    name = "seeds"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> list[int]:
+        seeds: list[int] = []
+        for part in str(value).split(","):
+            first, dash, last = part.strip().partition("-")
+            numbers = [first, last] if dash else [first]
+            if not all(number.isdecimal() and len(number) < 19 for number in numbers):
+                self.fail(f"{value!r} are no seeds; write 0-19 or 1,4,7", param, ctx)
+            span = range(int(numbers[0]), int(numbers[-1]) + 1)
+            if not span or len(span) > 10_000:
+                self.fail(f"{part!r} is an empty or endless range", param, ctx)
+            seeds.extend(span)
+        return list(dict.fromkeys(seeds))
+
+
+class Formats(click.ParamType):
+    """`png,svg,gif,mp4,html`."""
+
+    name = "formats"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
+        known = ("png", "svg", "gif", "mp4", "html")
+        chosen = tuple(dict.fromkeys(p.strip() for p in str(value).split(",") if p.strip()))
+        for name in chosen:
+            if name not in known:
+                self.fail(
+                    f"there is no format {name!r}; formats are {', '.join(known)}", param, ctx
+                )
+        return chosen
+
+
+class Assignment(click.ParamType):
+    """`NAME=VALUE`."""
+
+    name = "NAME=VALUE"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, str]:
+        if isinstance(value, tuple):
+            return value
+        name, equals, text = str(value).partition("=")
+        if not equals or not name.strip().isidentifier() or not text.strip():
+            self.fail(f"{value!r} is not NAME=VALUE", param, ctx)
+        return name.strip(), text.strip()
+
+
+def complete_world(ctx: Any, param: Any, incomplete: str) -> list[str]:
+    """Shell completion: the built-in worlds."""
+    from i2pdsl.worlds.find import builtin_worlds
+
+    return [name for name in builtin_worlds() if name.startswith(incomplete)]

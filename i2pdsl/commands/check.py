@@ -1,0 +1,51 @@
+"""`i2p check`: mistakes only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.output import DONE, WRONG, output_json, show
+from i2pdsl.errors import Diagnostic, StoryError
+
+
+@click.command()
+@click.argument("paths", nargs=-1, required=True, type=click.Path())
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def check(paths: tuple[str, ...], as_json: bool) -> int:
+    """Check stories, libraries and worlds, or whole folders of them."""
+    from i2pdsl.language.check import check_source
+    from i2pdsl.language.statements import read_source
+    from i2pdsl.worlds.find import find_vocabulary
+    from i2pdsl.worlds.grid.parse import parse_world
+
+    diagnostics: list[Diagnostic] = []
+    files: list[str] = []
+    for path in paths:
+        try:
+            files += [str(f) for f in story_files(path)]
+        except StoryError as problem:
+            diagnostics.extend(problem.diagnostics)
+    files = list(dict.fromkeys(files))
+    for name in files:
+        try:
+            source = read_source(name)
+            if name.endswith(".world"):
+                parse_world(source, Path(name).stem)
+            else:
+                checked = check_source(source, find_vocabulary, Path(name).parent)
+                diagnostics.extend(checked.warnings)
+        except StoryError as problem:
+            diagnostics.extend(problem.diagnostics)
+    diagnostics = list(dict.fromkeys(diagnostics))
+    wrong = any(d.severity == "error" for d in diagnostics)
+    if as_json:
+        shown = [d.as_json() for d in diagnostics]
+        output_json({"ok": not wrong, "files": files, "diagnostics": shown})
+    else:
+        show(diagnostics)
+        if not wrong:
+            click.echo(f"{len(files)} file{'s' * (len(files) != 1)} checked: no mistakes", err=True)
+    return WRONG if wrong else DONE

@@ -1,0 +1,39 @@
+"""`i2p fmt`: one way to write a story."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.output import DONE, WRONG
+
+
+@click.command()
+@click.argument("paths", nargs=-1, required=True, type=click.Path(allow_dash=True))
+@click.option("--check", "only_check", is_flag=True, help="Change nothing; status 1 if it would.")
+def fmt(paths: tuple[str, ...], only_check: bool) -> int:
+    """Format stories and worlds in place ('-': from standard input to standard output)."""
+    from i2pdsl.language.format import format_source
+    from i2pdsl.language.statements import decode, read_source
+    from i2pdsl.resources import write_text
+    from i2pdsl.worlds.grid.blocks import format_world
+
+    status = DONE
+    for path in paths:
+        if path == "-":
+            source = decode(sys.stdin.buffer.read(), "standard input")
+            click.echo(format_source(source), nl=False)
+            continue
+        for file in story_files(path):
+            form = format_world if file.suffix == ".world" else format_source
+            text = form(read_source(file))
+            if file.read_bytes() == text.encode():
+                continue
+            click.echo(str(file))
+            if only_check:
+                status = WRONG
+            else:
+                write_text(file, text)
+    return status

@@ -1,0 +1,101 @@
+"""What commands are given: stories, scripts and worlds, by name or path."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from i2pdsl.commands.output import DONE, INTERRUPTED, show
+from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+
+if TYPE_CHECKING:
+    from i2pdsl.pipeline import Script, Story
+
+
+def load_stories(paths: tuple[str, ...], settings: tuple[tuple[str, str], ...]) -> list[Story]:
+    """The checked stories. Raises StoryError with the mistakes of all of them."""
+    loaded: list[Story] = []
+    problems: list[Diagnostic] = []
+    for path in dict.fromkeys(paths):
+        try:
+            loaded.append(load_story(path, settings))
+        except StoryError as problem:
+            problems.extend(problem.diagnostics)
+    if problems:
+        raise StoryError(problems)
+    return loaded
+
+
+def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
+    """A checked story, with `--set` applied."""
+    from i2pdsl.language.override import override
+    from i2pdsl.language.statements import read_source
+    from i2pdsl.pipeline import story_from
+
+    source, folder = read_source(path), Path(path).parent
+    if is_script(source):
+        hint = "`i2p render` draws it, `i2p query` asks about it"
+        message = "this is a finished script, not a story"
+        raise error("not-a-story", message, whole_file(path), hint)
+    if settings:
+        words = story_from(source, folder).typed.vocabulary
+        method = "beam" if words.enumerable else "descend"
+        for name, value in settings:
+            source = override(source, name, value, tuple(words.settings), method)
+    return story_from(source, folder)
+
+
+def is_script(source: Source) -> bool:
+    """Whether a text is meant as a script: JSON, or in a file of that name."""
+    return source.name.endswith(".json") or source.text.lstrip().startswith("{")
+
+
+def script_or_story(path: str, seed: int) -> tuple[Script, int]:
+    """A script file, or the script of a story that is solved now; and the exit status.
+
+    Raises KeyboardInterrupt if it is interrupted before a script was found.
+    """
+    from i2pdsl.language.statements import read_source
+    from i2pdsl.pipeline import Script
+    from i2pdsl.progress import Bars
+
+    with Bars() as bars:
+        if not path.endswith(".story") and is_script(read_source(path)):
+            script = Script.load(path, bars.watch)
+            show(script.warnings)
+            return script, DONE
+        story = load_story(path)
+        show(story.warnings)
+        found = story.solve(seed, watch=bars.watch)
+    if not found.finished:
+        click.echo("interrupted: the best of what was searched so far is used", err=True)
+    return found.script, DONE if found.finished else INTERRUPTED
+
+
+def story_files(path: str) -> list[Path]:
+    """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
+    place = Path(path)
+    if not place.is_dir():
+        return [place]
+    found = []
+    for folder, inner, names in os.walk(place):
+        inner[:] = [name for name in inner if not name.startswith(".")]
+        found += [Path(folder, name) for name in names if name.endswith((".story", ".world"))]
+    if not found:
+        raise error("no-file", "there are no stories in this folder", whole_file(path))
+    return sorted(found)
+
+
+def spec_of(name: str) -> Any:
+    """A world by name or path. Raises StoryError."""
+    from i2pdsl.errors import did_you_mean
+    from i2pdsl.worlds.find import builtin_worlds, find_spec
+
+    spec = find_spec(name, Path())
+    if spec is None:
+        hint = did_you_mean(name, builtin_worlds())
+        raise error("no-world", f"there is no world `{name}`", whole_file(name), hint)
+    return spec

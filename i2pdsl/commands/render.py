@@ -1,0 +1,58 @@
+"""`i2p render`: pictures of finished scripts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from i2pdsl.commands.arguments import Formats
+from i2pdsl.commands.inputs import script_or_story
+from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
+from i2pdsl.commands.pictures import draw
+
+
+@click.command()
+@click.argument("scripts", nargs=-1, required=True, type=click.Path())
+@click.option(
+    "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
+)
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Folder; default: the script's, or in out/."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, help="Where a story is given.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def render(
+    scripts: tuple[str, ...], formats: tuple[str, ...], out: str | None, seed: int, as_json: bool
+) -> int:
+    """Draw the pictures of a finished script, or of a story that is solved first.
+
+    Several scripts of the hill are drawn side by side, in the same time.
+    """
+    if out is not None:
+        check_writable(Path(out))
+    status, solved = DONE, []
+    for name in scripts:
+        found, ended = script_or_story(name, seed)
+        solved.append(found)
+        status = max(status, ended)
+    if len(solved) > 1:
+        beside = Path("out", "together")
+    elif solved[0].record.where == scripts[0]:
+        beside = Path(scripts[0]).parent
+    else:
+        beside = Path("out", str(solved[0].record.story["name"]))
+    folder = Path(out) if out is not None else beside
+    files: dict[str, str] = {}
+    try:
+        draw(solved, folder, formats, files)
+    except KeyboardInterrupt:
+        click.echo("interrupted: not all pictures are drawn", err=True)
+        status = INTERRUPTED
+    if as_json:
+        shown = scripts[0] if len(scripts) == 1 else list(scripts)
+        output_json({"script": shown, "files": files})
+    else:
+        for path in files.values():
+            output(path)
+    return status

@@ -1,0 +1,182 @@
+"""`i2p run`: makes stories."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from i2pdsl.commands.arguments import Assignment, Formats, Seeds
+from i2pdsl.commands.inputs import load_stories
+from i2pdsl.commands.output import (
+    DONE,
+    INTERRUPTED,
+    WRONG,
+    check_writable,
+    in_words,
+    output,
+    output_json,
+    show,
+)
+from i2pdsl.commands.pictures import draw
+from i2pdsl.errors import StoryError
+
+if TYPE_CHECKING:
+    from i2pdsl.pipeline import Story
+
+
+@click.command()
+@click.argument("stories", nargs=-1, required=True, type=click.Path())
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=None,
+    help="Of the initial states, or a descent's first changes; default 0.",
+)
+@click.option("--seeds", type=Seeds(), default=None, help="Several seeds: 0-19 or 1,4,7.")
+@click.option(
+    "--out", type=click.Path(file_okay=False), default="out", help="Folder; default out/."
+)
+@click.option("--set", "settings", type=Assignment(), multiple=True, help="Replace a value.")
+@click.option(
+    "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
+)
+@click.option(
+    "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
+)
+@click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def run(
+    stories: tuple[str, ...],
+    seed: int | None,
+    seeds: list[int] | None,
+    out: str,
+    settings: tuple[tuple[str, str], ...],
+    formats: tuple[str, ...],
+    candidates: int,
+    naive: bool,
+    as_json: bool,
+) -> int:
+    """Make stories: find the script, write it and its pictures."""
+    if seed is not None and seeds is not None:
+        raise click.UsageError("give --seed or --seeds, not both")
+    chosen = seeds if seeds is not None else [seed or 0]
+    several = len(stories) > 1 or len(chosen) > 1 or seeds is not None
+    loaded = load_stories(stories, settings)
+    folders = [Path(out) / folder_name(story) for story in loaded]
+    for folder in folders:
+        if folders.count(folder) > 1:
+            message = f"two stories would go into {folder}; run them with different --out"
+            raise click.UsageError(message)
+        check_writable(folder)
+    results: list[dict[str, Any]] = []
+    status = DONE
+    for story, folder in zip(loaded, folders, strict=True):
+        show(story.warnings)
+        for number in chosen:
+            place = folder / f"seed-{number}" if len(chosen) > 1 else folder
+            try:
+                result, finished = make(story, number, place, formats, candidates, naive)
+            except StoryError as problem:
+                show(problem.diagnostics)
+                status = WRONG
+                break
+            except OSError as problem:  # the disk is full
+                click.echo(f"error: {in_words(problem)}", err=True)
+                status = WRONG
+                break
+            except KeyboardInterrupt:
+                click.echo(f"interrupted: nothing was found yet for {story.typed.name}", err=True)
+                status = INTERRUPTED
+                break
+            results.append(result)
+            if not as_json:
+                report(result)
+            if not finished:
+                status = INTERRUPTED
+                break
+        if status == INTERRUPTED:
+            break
+    if as_json and (several or results):
+        output_json(results if several else results[0])
+    return status
+
+
+def folder_name(story: Story) -> str:
+    """The name of a story as that of a folder: never one that leads elsewhere."""
+    name = story.typed.name
+    return name if name.strip(".") else "story"
+
+
+def prefetch(formats: tuple[str, ...]) -> None:
+    """Imports what the plots need while the search computes: it takes as long as the search."""
+    if {"png", "svg"} & set(formats):
+        from threading import Thread
+
+        work = "matplotlib.backends.backend_agg"
+        Thread(target=lambda: import_module(work), daemon=True).start()
+
+
+def make(
+    story: Story,
+    seed: int,
+    folder: Path,
+    formats: tuple[str, ...],
+    candidates: int,
+    naive: bool,
+) -> tuple[dict[str, Any], bool]:
+    """Solves one story and draws it; returns the document of `--json`, and whether all was done.
+
+    Raises KeyboardInterrupt if it is interrupted before anything was found.
+    """
+    import time
+
+    from i2pdsl.progress import Bars
+
+    prefetch(formats)
+    with Bars() as bars:
+        found = story.solve(seed, candidates, naive, bars.watch)
+    finished = found.finished
+    if not finished:
+        click.echo("interrupted: the best of what was searched so far is kept", err=True)
+    chosen = found.candidates[:candidates]  # a descent found more
+    if len(chosen) < candidates:
+        count = len(chosen)
+        alike = " that differ visibly" if story.typed.vocabulary.enumerable else ""
+        click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
+    seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
+    parts: list[dict[str, Any]] = []
+    for number, script in enumerate(chosen, 1):
+        place = folder if number == 1 else folder / f"candidate-{number}"
+        path = script.save(place / "script.json")
+        parts.append({"score": script.score, "script": str(path), "files": {}})
+    began = time.perf_counter()
+    try:
+        for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
+            place = Path(part["script"]).parent
+            title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
+            draw([script], place, formats, part["files"], title)
+    except KeyboardInterrupt:
+        click.echo("interrupted: the script is kept, not all its pictures are drawn", err=True)
+        finished = False
+    seconds["render"] = time.perf_counter() - began
+    document: dict[str, Any] = {
+        "story": story.typed.name,
+        "seed": seed,
+        **parts[0],
+        "seconds": {name: round(value, 4) for name, value in seconds.items()},
+    }
+    if candidates > 1:
+        document["candidates"] = parts
+    return document, finished
+
+
+def report(result: dict[str, Any]) -> None:
+    """A result for people: where everything is."""
+    for part in result.get("candidates", [result]):
+        score = "unknown" if part["score"] is None else f"{part['score']:.6g}"
+        output(f"{result['story']} (seed {result['seed']}): score {score}")
+        for path in (part["script"], *part["files"].values()):
+            output(f"  {path}")

@@ -1,0 +1,118 @@
+"""`i2p train`: trains the controllers of a physics world."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import click
+
+from i2pdsl.commands.arguments import Assignment, complete_world
+from i2pdsl.commands.inputs import spec_of
+from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
+from i2pdsl.errors import error, whole_file
+
+
+@click.command()
+@click.argument("world", shell_complete=complete_world)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 2),
+    default=None,
+    help="Default: the world's `controller`.",
+)
+@click.option("--set", "settings", type=Assignment(), multiple=True, help="Of the world.")
+@click.option("--iterations", type=click.IntRange(1), default=None, help="Default 2400.")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder; default: the cache.")
+@click.option("--restart", is_flag=True, help="Do not go on from an interrupted training.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def train(
+    world: str,
+    seed: int | None,
+    settings: tuple[tuple[str, str], ...],
+    iterations: int | None,
+    out: str | None,
+    restart: bool,
+    as_json: bool,
+) -> int:
+    """Train the controllers of a physics world and store them.
+
+    Ctrl-C keeps the best so far; the same command goes on from there.
+    """
+    from i2pdsl.worlds.hill.spec import HillSpec
+
+    spec = spec_of(world)
+    if not isinstance(spec, HillSpec):
+        message = f"world {spec.name} is not trained but planned"
+        raise error("no-training", message, whole_file(world), f"`i2p plan {spec.name}`")
+    spec = spec.with_settings(world_settings(spec, settings, spec.training_settings))
+    seed = spec.settings.controller if seed is None else seed
+    if out is not None:
+        check_writable(Path(out))
+    from i2pdsl.planning.actor_critic import Recipe
+    from i2pdsl.progress import Bars
+    from i2pdsl.worlds.hill.training import train_hill
+
+    recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
+    with Bars() as bars:
+        folder = None if out is None else Path(out)
+        done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+    if not done.finished:
+        click.echo("interrupted: the best so far is kept; the same command goes on", err=True)
+    weights = done.controllers.weights
+    document = {
+        "world": spec.name,
+        "seed": seed,
+        "weights": list(weights),
+        "iterations": done.controllers.about["iterations"],
+        "reward": done.look.reward,
+        "falls": done.look.falls,
+        "climbs": list(done.look.climbs),
+        "controllers": None if done.path is None else str(done.path),
+        "finished": done.finished,
+        "seconds": round(done.seconds, 1),
+    }
+    if as_json:
+        output_json(document)
+    else:
+        climbs = ", ".join(
+            f"weight {w:g} {c:.1f}" for w, c in zip(weights, done.look.climbs, strict=True)
+        )
+        output(
+            f"{spec.name} (seed {seed}): the box goes up {climbs} units in 800 frames; "
+            f"{100 * done.look.falls:.1f} % of the rollouts fall; {done.seconds:.0f} s"
+        )
+        if done.path is not None:
+            output(f"  {done.path}")
+    return DONE if done.finished else INTERRUPTED
+
+
+def world_settings(
+    spec: Any, given: tuple[tuple[str, str], ...], usable: tuple[str, ...]
+) -> dict[str, Any]:
+    """The values of `--set` for a world, of the settings that matter. Raises StoryError."""
+    from i2pdsl.errors import did_you_mean
+    from i2pdsl.worlds.find import vocabulary_of
+
+    known = vocabulary_of(spec).settings
+    found: dict[str, Any] = {}
+    for name, text in given:
+        where = whole_file(f"--set {name}")
+        if name not in known:
+            hint = did_you_mean(name, known) or "settings: " + ", ".join(usable)
+            raise error("setting", f"`world {spec.name}` has no setting `{name}`", where, hint)
+        if name not in usable:
+            message = f"training does not depend on `{name}`"
+            raise error("setting", message, where, "settings: " + ", ".join(usable))
+        value: Any = text
+        with suppress(ValueError):
+            value = float(text)
+        if text.startswith("{") and text.endswith("}"):
+            with suppress(ValueError):
+                value = tuple(float(part) for part in text[1:-1].split(","))
+        if not known[name].holds(value):
+            message = f"`{name}` cannot be {text}"
+            raise error("setting", message, where, f"it can be: {known[name].possible}")
+        found[name] = value
+    return found
