@@ -37,7 +37,7 @@ import pytest
 from i2pdsl.cli import command_named, run_command
 from i2pdsl.describe import shown_value
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.language.builtins import FORMS, FUNCTIONS
+from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS
 from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import SEARCH_SETTINGS
@@ -226,6 +226,17 @@ def builtins_table() -> str:
     return "\n".join(rows) + "\n"
 
 
+def statements_table() -> str:
+    """The statements of the language."""
+    rows = ["| statement | meaning | example |", "|---|---|---|"]
+    for word in STATEMENTS:
+        ways = re.split(r", (?=import|assume)", word.signature)
+        signature = ", ".join(f"`{way}`" for way in ways)
+        cells = (signature, word.documentation, f"`{word.example}`")
+        rows.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
+    return "\n".join(rows) + "\n"
+
+
 def settings_table() -> str:
     """The numbers of a world."""
     blocks_ = {"goal": "rewards", "move": "rewards", "stay": "rewards", "gamma": "planning"}
@@ -254,6 +265,7 @@ def rows_of(settings: Iterable[Setting]) -> str:
 
 
 TABLES = {
+    "statements": statements_table,
     "builtins": builtins_table,
     "settings": settings_table,
     "hill": lambda: rows_of(hill_vocabulary(HillSpec()).settings.values()),

@@ -1,33 +1,11 @@
 """The words of the language in one table: signature, documentation, example.
 
-The checker, the reference page (docs/language.md is checked against it) and the REPL's help all
-read it here.
+The checker, the tables of docs/language.md, editors and the REPL's help all read it here.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-STATEMENT_WORDS = (
-    "world",
-    "length",
-    "start",
-    "allow",
-    "let",
-    "pattern",
-    "import",
-    "maximize",
-    "minimize",
-    "rationality",
-    "plausibility",
-    "assume",
-    "audience",
-    "search",
-)
-_FORM_WORDS = "script t T P E V KL entropy surprise suspense last if then else and or not in"
-_SUMS = "sum_t mean_t min_t max_t"
-RESERVED = frozenset((*STATEMENT_WORDS, *_FORM_WORDS.split(), *_SUMS.split()))
-"""The words that nothing else can be called."""
 
 
 @dataclass(frozen=True)
@@ -144,4 +122,110 @@ FORMS: tuple[Word, ...] = (
     Word(
         "in", "x in {a, b}", "whether x is one of several values", "P(rho in {1, 3} | script[:T])"
     ),
+    Word("and", "a and b", "whether both hold", "P(rho > 0 and G_robot = none | script[:T])"),
+    Word("or", "a or b", "whether one of them holds", "P(rho = 0 or rho = 1 | script[:T])"),
+    Word("not", "not a", "whether it does not hold", "P(not G_cheese = pink | script[:T])"),
 )
+
+STATEMENTS: tuple[Word, ...] = (
+    Word(
+        "world",
+        "world NAME(setting = value, ...)",
+        "the world: a built-in one, or `NAME.world` beside the story; "
+        '`world "folder/my.world"` gives a path',
+        "world kitchen(beta = 1.5)",
+    ),
+    Word(
+        "length",
+        "length N",
+        "the number of frames, T: a whole number from 1 to 100,000",
+        "length 15",
+    ),
+    Word(
+        "start",
+        "start CONDITION",
+        "only first pictures that fulfil it; several of them must all hold",
+        "start absent(table) and at(robot, (0, 0))",
+    ),
+    Word(
+        "allow",
+        "allow EVENT, ...",
+        "extraordinary events that the search may use",
+        "allow deus(table)",
+    ),
+    Word(
+        "let",
+        "let NAME = EXPRESSION",
+        "a name for a script, an event, a quantity or a number",
+        "let helpful = rho > 0",
+    ),
+    Word(
+        "pattern",
+        "pattern NAME(PARAMETER, PARAMETER = DEFAULT) = EXPRESSION",
+        "an objective to be used again; the comment above it is its documentation",
+        "pattern believed(event, weight = 1) = weight * sum_t P(event | script[:t])",
+    ),
+    Word(
+        "import",
+        'import NAME, import "path"',
+        "the patterns of another file, folder or compiled library",
+        "import twist",
+    ),
+    Word(
+        "maximize",
+        "maximize EXPRESSION",
+        "the objective; several add up",
+        "maximize sum_t P(rho > 0 | script[:t])",
+    ),
+    Word(
+        "minimize",
+        "minimize EXPRESSION",
+        "the objective, to be small; several add up",
+        "minimize entropy(G_cheese | script[:T])",
+    ),
+    Word(
+        "assume",
+        "assume CONDITION, assume nothing",
+        'what every belief is conditioned on, instead of "everyone is rational"',
+        "assume R_cheese and R_robot",
+    ),
+    Word(
+        "rationality",
+        "rationality W",
+        "the weight of the automatic term by which viewers shall take everyone for rational",
+        "rationality 2",
+    ),
+    Word(
+        "plausibility",
+        "plausibility W",
+        "the weight of the automatic term by which moves fail as often as they should",
+        "plausibility 0.5",
+    ),
+    Word(
+        "audience",
+        "audience NAME(setting = value, ...)",
+        "other viewers than the world's own",
+        "audience bayesian(beta = 1)",
+    ),
+    Word(
+        "search",
+        "search NAME(setting = value, ...)",
+        "how to look for the script: `beam`, `descend` or `naive`",
+        "search beam(starts = 100, width = 5)",
+    ),
+)
+"""What a statement can begin with."""
+
+STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
+_FORM_WORDS = "script t T P E V KL entropy surprise suspense last if then else and or not in"
+_SUMS = "sum_t mean_t min_t max_t"
+RESERVED = frozenset((*STATEMENT_WORDS, *_FORM_WORDS.split(), *_SUMS.split()))
+"""The words that nothing else can be called."""
+
+_PARTS = {"then": "if", "else": "if", "@": "[ @ ]", "[": "[ @ ]", "]": "[ @ ]"}
+
+
+def word_named(name: str) -> Word | None:
+    """What the language says of one of its own words (`then` is a part of `if`)."""
+    name = _PARTS.get(name, name)
+    return next((w for w in (*STATEMENTS, *FORMS, *FUNCTIONS.values()) if w.name == name), None)

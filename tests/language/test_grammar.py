@@ -10,7 +10,14 @@ import pytest
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
-from i2pdsl.language.builtins import FORMS, FUNCTIONS, RESERVED, STATEMENT_WORDS
+from i2pdsl.language.builtins import (
+    FORMS,
+    FUNCTIONS,
+    RESERVED,
+    STATEMENT_WORDS,
+    STATEMENTS,
+    word_named,
+)
 from i2pdsl.language.parse import grammar, parse, parse_expression
 
 ROOT = Path(__file__).parents[2]
@@ -232,6 +239,17 @@ def test_reserved_words_name_nothing(word: str) -> None:
         parse(Source("s", f"let {word} = 1"))
 
 
+@pytest.mark.parametrize("word", sorted(RESERVED))
+def test_every_word_of_the_language_is_explained(word: str) -> None:
+    found = word_named(word)
+    assert found is not None
+    assert word in found.signature
+
+
 def test_examples_of_the_reference_parse() -> None:
+    for word in STATEMENTS:
+        (statement,) = parse(Source(word.name, word.example)).statements
+        assert word.example.startswith(word.name)
+        assert statement.span.text == word.example
     for word in (*FORMS, *FUNCTIONS.values()):
         parse_expression(Source(word.name, word.example))
