@@ -187,6 +187,41 @@ def _search_block(
         node = root(world, objective, tables, params, state)
         return jax.tree.map(lambda x: jnp.asarray(x)[None], node)
 
+    choose = chooser(world, objective, width, events, tables, params)
+
+    def turn(beams: Node, _: None) -> tuple[Node, tuple[Array, Array]]:
+        return jax.vmap(choose)(beams)
+
+    beams = jax.vmap(first)(starts)
+    if width == 1:
+        beams, (parents, actions) = jax.lax.scan(turn, beams, None, length=length)
+    else:
+        # The first turn has one script to go on from, not `width`.
+        beams, opening = turn(beams, None)
+        beams, later = jax.lax.scan(turn, beams, None, length=length - 1)
+        parents, actions = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), opening, later)
+    best = jnp.argmax(beams.score, axis=1)
+
+    def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
+        parent, action = step
+        rows = jnp.arange(place.shape[0])
+        return parent[rows, place], action[rows, place]
+
+    _, path = jax.lax.scan(back, best, (parents, actions), reverse=True)
+    return beams.score[jnp.arange(len(starts)), best], path.T
+
+
+def chooser(
+    world: GridWorld,
+    objective: Objective,
+    width: int,
+    events: tuple[int, ...],
+    tables: Any,
+    params: Params,
+) -> Callable[[Node], tuple[Node, tuple[Array, Array]]]:
+    """One turn of a beam: the `width` best children of its nodes, each with the number of its
+    parent and its action."""
+
     def expand(node: Node) -> tuple[Frame, Array]:
         frames, real = children(world, tables, node, events)
         return frames, scores(objective, tables, params, node, frames, real)
@@ -210,26 +245,7 @@ def _search_block(
         step = partial(advance, world, objective, tables, params)
         return jax.vmap(step)(parents, action, worth), (parent, action)
 
-    def turn(beams: Node, _: None) -> tuple[Node, tuple[Array, Array]]:
-        return jax.vmap(choose)(beams)
-
-    beams = jax.vmap(first)(starts)
-    if width == 1:
-        beams, (parents, actions) = jax.lax.scan(turn, beams, None, length=length)
-    else:
-        # The first turn has one script to go on from, not `width`.
-        beams, opening = turn(beams, None)
-        beams, later = jax.lax.scan(turn, beams, None, length=length - 1)
-        parents, actions = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), opening, later)
-    best = jnp.argmax(beams.score, axis=1)
-
-    def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
-        parent, action = step
-        rows = jnp.arange(place.shape[0])
-        return parent[rows, place], action[rows, place]
-
-    _, path = jax.lax.scan(back, best, (parents, actions), reverse=True)
-    return beams.score[jnp.arange(len(starts)), best], path.T
+    return choose
 
 
 def _best_different(
