@@ -30,3 +30,10 @@ def __getattr__(name: str) -> Any:
 
     module = "i2pdsl.errors" if name in _ERRORS else "i2pdsl.pipeline"
     return getattr(importlib.import_module(module), name)
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """`%load_ext i2pdsl` in a notebook: the magics `%%story`, `%query` and `%%query`."""
+    from i2pdsl.notebook.magic import load_magics
+
+    load_magics(shell)

@@ -103,6 +103,10 @@ class StoryError(Exception):
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(d.render() for d in self.diagnostics))
 
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows instead of a traceback."""
+        return str(self).splitlines()
+
 
 def error(
     code: str, message: str, span: Span, hint: str | None = None, notes: tuple[Note, ...] = ()

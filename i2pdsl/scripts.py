@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from i2pdsl.answers import Answer, latent_of
 from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import (
     Diagnostic,
@@ -36,6 +37,9 @@ from i2pdsl.worlds.find import Spec, find_spec, vocabulary_of
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.ready import Watch, ready_world, viewers_of, world_of_rules
 from i2pdsl.worlds.world import Viewer, World
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -132,8 +136,17 @@ class Script:
 
         Raises StoryError.
         """
-        answer = self.answer(self.check(expression, assume))
-        return np.asarray(answer.value)
+        return np.asarray(self.ask(expression, assume).value)
+
+    def ask(self, expression: str, assume: str | None = None) -> Answer:
+        """As `query`, with the frames and the names of the values.
+
+        >>> script.ask("P(G_robot | script[:t])").to_pandas()
+
+        Raises StoryError.
+        """
+        query = self.check(expression, assume)
+        return replace(self.answer(query), expression=" ".join(expression.split()))
 
     def answer(self, query: TypedQuery) -> Answer:
         """Evaluates a checked query."""
@@ -144,8 +157,41 @@ class Script:
         times = None if query.times is None else list(query.times)
         if not isinstance(query.value, ty.Distribution):
             return Answer(times, value, None, None)
-        labels = query.value.partition.labels[:-1]
-        return Answer(times, value[..., :-1], labels, value[..., -1])
+        partition = query.value.partition
+        name = latent_of(partition, self.world.vocabulary)
+        return Answer(times, value[..., :-1], partition.labels[:-1], value[..., -1], latent=name)
+
+    def to_pandas(
+        self, *expressions: str, assume: str | None = None, **named: str
+    ) -> pandas.DataFrame:
+        """Several questions side by side, a row for each frame (tables.py).
+
+        >>> script.to_pandas("P(G_cheese | script[:t])", helps="P(rho > 0 | script[:t])")
+
+        Raises StoryError; ImportError where pandas is not installed.
+        """
+        from i2pdsl.tables import beliefs_table
+
+        return beliefs_table(self, expressions, named, assume)
+
+    def frame_table(self) -> pandas.DataFrame:
+        """Actions, positions and events, a row for each frame (tables.py).
+
+        Raises ImportError where pandas is not installed.
+        """
+        from i2pdsl.tables import frame_table
+
+        return frame_table(self)
+
+    def __repr__(self) -> str:
+        name, score = self.record.story.get("name"), self.score
+        told = f"{name or 'script'}: world {self.world.name}, {self.length} frames"
+        return f"<Script {told}{'' if score is None else f', score {score:.4g}'}>"
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        from i2pdsl.notebook.display import show_script
+
+        return show_script(self)
 
     def _check_appended(self, query: TypedQuery) -> None:
         """Refuses a question about a turn that cannot follow the script's end."""
@@ -188,29 +234,6 @@ def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
                 kind = "dip" if change < 0 else "rise"
                 found.append((node.first + first, node.first + end - 1, kind))
     return tuple(dict.fromkeys(found))
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The answer to a query: over `t` if that is not None, and over `labels` for a latent.
-
-    `unknown` is the probability of hypotheses in which the latent plays no part.
-    """
-
-    t: list[int] | None
-    value: np.ndarray
-    labels: tuple[str, ...] | None
-    unknown: np.ndarray | None
-
-    def as_json(self) -> Any:
-        """The `value` of `i2p query --json`."""
-        if self.labels is None:
-            return self.value.tolist()
-        assert self.unknown is not None
-        table = np.concatenate([self.value, self.unknown[..., None]], axis=-1)
-        names = (*self.labels, "unknown")
-        rows = [dict(zip(names, map(float, row), strict=True)) for row in np.atleast_2d(table)]
-        return rows if self.t is not None else rows[0]
 
 
 def script_from(record: Record, folder: Path | None, watch: Watch | None = None) -> Script:

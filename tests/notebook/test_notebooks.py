@@ -1,0 +1,178 @@
+"""The notebooks of the documents run from top to bottom, and what is stored in them is true.
+
+`python tests/notebook/test_notebooks.py` runs them and stores what comes out.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from copy import deepcopy
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import nbformat
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOTEBOOKS = sorted((ROOT / "docs").glob("*.ipynb"))
+LARGEST = 1_000_000  # bytes: larger ones are slow to read on GitHub, or are not shown at all
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d*)?(?:e-?\d+)?(?![\w.])")
+VARIES = "varies"  # the tag of cells whose numbers differ between machines: a hopper is chaotic
+PLACES = ("IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR")
+
+
+class Book(NamedTuple):
+    """A notebook as it is stored, and as it comes out now."""
+
+    path: Path
+    stored: Any
+    fresh: Any
+
+
+def executed(path: Path, folder: Path) -> Any:
+    """The notebook with what its cells show now; raises where a cell fails."""
+    from nbclient import NotebookClient
+
+    notebook = nbformat.read(path, as_version=4)
+    settings = {name: str(folder / name) for name in PLACES}  # nobody's own
+    client = NotebookClient(
+        notebook,
+        timeout=500,
+        kernel_name="python3",
+        record_timing=False,
+        resources={"metadata": {"path": str(path.parent)}},
+    )
+    client.execute(env={**os.environ, **settings})
+    return notebook
+
+
+def code_cells(notebook: Any) -> list[Any]:
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def words(cell: Any) -> str:
+    """What the outputs of a cell say in words."""
+    told = (o.get("text") or o.get("data", {}).get("text/plain", "") for o in cell.outputs)
+    return "\n".join(told)
+
+
+def kinds(cell: Any) -> list[set[str]]:
+    """The forms in which each output of a cell shows itself."""
+    return [set(output.get("data", {"text": ""})) for output in cell.outputs]
+
+
+def storable(notebook: Any) -> Any:
+    """Without players, which GitHub and an unrun notebook do not show: the comic strips stay."""
+    notebook = deepcopy(notebook)
+    notebook.metadata.language_info = {"name": "python"}
+    for cell in code_cells(notebook):
+        for output in cell.outputs:
+            if "<iframe" in output.get("data", {}).get("text/html", ""):
+                del output.data["text/html"]
+    return notebook
+
+
+@pytest.fixture(scope="module", params=NOTEBOOKS, ids=lambda path: path.stem)
+def book(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Book:
+    path = request.param
+    folder = tmp_path_factory.mktemp("jupyter")
+    return Book(path, nbformat.read(path, as_version=4), executed(path, folder))
+
+
+def test_there_is_a_notebook() -> None:
+    assert [path.name for path in NOTEBOOKS] == ["from-question-to-figure.ipynb"]
+
+
+def test_every_cell_runs(book: Book) -> None:
+    """In order and without an error (nbclient raises for those), and nothing is complained of."""
+    cells = code_cells(book.fresh)
+    assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
+    for cell in cells:
+        for output in cell.outputs:
+            assert output.output_type != "error"
+            assert output.get("name") != "stderr", output.text
+
+
+def test_what_is_stored_comes_out_again(book: Book) -> None:
+    fresh = code_cells(storable(book.fresh))
+    for old, new in zip(code_cells(book.stored), fresh, strict=True):
+        assert old.source == new.source
+        assert kinds(old) == kinds(new), old.source
+        if VARIES in old.metadata.get("tags", ()):
+            continue
+        assert NUMBER.sub("0", words(old)).split() == NUMBER.sub("0", words(new)).split()
+        numbers = [[float(x) for x in NUMBER.findall(words(cell))] for cell in (old, new)]
+        # The last digits depend on where exactly planning stopped.
+        assert numbers[1] == pytest.approx(numbers[0], rel=0.01, abs=0.002), old.source
+
+
+def test_scripts_are_players_when_run(book: Book) -> None:
+    """The naive script and three made by `%%story`."""
+    shown = [output for cell in code_cells(book.fresh) for output in cell.outputs]
+    html = [output.get("data", {}).get("text/html", "") for output in shown]
+    assert sum("<iframe" in text for text in html) == 4
+
+
+def test_the_file_is_small_and_of_no_machine(book: Book) -> None:
+    text = book.path.read_text(encoding="utf-8")
+    assert len(text.encode()) < LARGEST
+    nbformat.validate(book.stored)
+    for place in (str(ROOT), str(Path.home()) + "/", tempfile.gettempdir() + "/", sys.executable):
+        assert place not in text
+    for cell in book.stored.cells:
+        assert set(cell.metadata) <= {"tags"}
+    assert set(book.stored.metadata) == {"kernelspec", "language_info"}
+    assert set(book.stored.metadata.language_info) == {"name"}
+
+
+def test_links_lead_somewhere(book: Book) -> None:
+    for cell in book.stored.cells:
+        if cell.cell_type == "markdown":
+            for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", cell.source):
+                assert (book.path.parent / target).is_file(), target
+
+
+PLAIN = """
+import i2pdsl
+story = i2pdsl.load("stories/kitchen/help.story")
+naive, helping = story.solve(seed=0, naive=True).script, story.solve(seed=0).script
+print(float(helping.query("P(rho > 0 | script[:T])")))
+print(float(helping.query("mean_t P(rho > 0 | script[:t])")))
+print(float(naive.query("P(rho > 0 | script[:T])")))
+"""
+
+
+def test_the_numbers_are_those_of_a_plain_process(book: Book) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PLAIN], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    end, average, naive = map(float, done.stdout.split())
+    told = {cell.source: words(cell) for cell in code_cells(book.fresh)}
+    (printed,) = (text for source, text in told.items() if source.startswith("print("))
+    assert printed == f"at the end: {end:.4f}\non average: {average:.4f}\n"
+    (curve,) = (text for source, text in told.items() if source.startswith("%query --of naive"))
+    assert curve.splitlines()[-1].split() == ["15", f"{naive:.6g}"]
+    assert naive == pytest.approx(2 / 3, abs=0.01)  # as the text says, and the paper's figure 1
+
+
+def test_what_the_text_says_is_so(book: Book) -> None:
+    told = {cell.source: words(cell) for cell in code_cells(book.fresh)}
+    (what_if,) = (text for source, text in told.items() if "moves = [" in source)
+    after = dict(re.findall(r"robot: (\w+) +([\d.]+)", what_if))  # where the cheese stays
+    north, south, west = (float(after[move]) for move in ("north", "south", "west"))
+    assert max(north, south) < 0.6 < 0.99 < west
+    (secret,) = (text for source, text in told.items() if source.startswith("%%query"))
+    rows = [line.split() for line in secret.splitlines()[:16]]
+    beliefs = [float(value) for _, value in rows]
+    assert all(0.4 < p < 0.6 for p in beliefs[1:9])
+    assert min(beliefs[9:]) > 0.95
+
+
+if __name__ == "__main__":
+    for notebook_path in NOTEBOOKS:
+        with tempfile.TemporaryDirectory() as place:
+            nbformat.write(storable(executed(notebook_path, Path(place))), notebook_path)
