@@ -45,6 +45,24 @@ class Answer:
         rows = [dict(zip(names, map(float, row), strict=True)) for row in np.atleast_2d(table)]
         return rows if self.t is not None else rows[0]
 
+    def in_words(self) -> str:
+        """A number, a row for each frame, or a table of a latent's values."""
+        columns = self.columns()
+        if self.labels is None and self.t is None:
+            return _number(self.value)
+        if self.labels is None:
+            return "\n".join(
+                f"{t:>4} {_number(v)}" for t, v in zip(self.t or (), self.value, strict=True)
+            )
+        if self.t is None:
+            width = max(map(len, columns))
+            return "\n".join(f"{name:<{width}} {_number(v)}" for name, v in columns.items())
+        head = "   t " + " ".join(f"{name:>12}" for name in columns)
+        rows = zip(self.t, *columns.values(), strict=True)
+        return "\n".join(
+            (head, *(f"{t:>4} " + " ".join(f"{_number(v):>12}" for v in row) for t, *row in rows))
+        )
+
     def columns(self) -> dict[str, np.ndarray]:
         """A latent's values with their probabilities, a number or [t] each, and `unknown` where
         that can be; for a number or a curve one column, named by the expression."""
@@ -78,6 +96,10 @@ class Answer:
         from i2pdsl.notebook.display import show_answer
 
         return show_answer(self)
+
+
+def _number(value: np.ndarray) -> str:
+    return f"{float(value):.6g}"
 
 
 def latent_of(partition: ty.Partition, vocabulary: Vocabulary) -> str | None:

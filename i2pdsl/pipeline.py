@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source, default_assumption
+from i2pdsl.language.override import override
 from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.terms import score_script, story_objective
@@ -42,8 +45,18 @@ def load(path: Path | str) -> Story:
     return story_from(read_source(path), Path(path).parent)
 
 
-def story_from(source: Source, folder: Path | None = None) -> Story:
-    """Checks the text of a story; imports and worlds are looked for in `folder`."""
+def story_from(
+    source: Source, folder: Path | None = None, settings: Sequence[tuple[str, str]] = ()
+) -> Story:
+    """Checks the text of a story; imports and worlds are looked for in `folder`.
+
+    `settings` are (name, value) pairs that replace values of the text (`i2p run --set`).
+    """
+    if settings:
+        words = story_from(source, folder).typed.vocabulary
+        method = "beam" if words.enumerable else "descend"
+        for name, value in settings:
+            source = override(source, name, value, tuple(words.settings), method)
     checked = check_source(source, find_vocabulary, folder)
     if isinstance(checked, Library):
         message = "this is a library of patterns, not a story"
@@ -59,10 +72,12 @@ class Story:
     Attributes:
         typed: what the file says, names resolved.
         folder: where its imports and its world are looked for.
+        known: its world, where it is not to be looked for.
     """
 
     typed: TypedStory
     folder: Path | None = None
+    known: Spec | None = None
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -71,7 +86,7 @@ class Story:
     @cached_property
     def spec(self) -> Spec:
         """The world's description with the story's settings."""
-        spec = find_spec(self.typed.world, self.folder)
+        spec = self.known or find_spec(self.typed.world, self.folder)
         assert spec is not None
         return spec.with_settings(dict(self.typed.settings))
 
@@ -91,6 +106,13 @@ class Story:
             program, _ = parse_tolerantly(self.typed.source)
             span = program.of(ast.World)[0].span
             raise StoryError([replace(d, span=span) for d in problem.diagnostics]) from None
+
+    def events(self, world: GridWorld) -> tuple[int, ...]:
+        """The allowed events, as numbers of `world.moves.events`."""
+        entities = world.spec.entities
+        return tuple(
+            world.moves.events.index(entities.index(thing)) for _, thing in self.typed.allow
+        )
 
     def solve(
         self,
@@ -136,6 +158,15 @@ class Story:
         chosen = [scripts[i] for i in select_different(world, states, candidates)]
         watch.add("search", began)
         return Result(tuple(chosen), finished, dict(watch.seconds))
+
+    def __repr__(self) -> str:
+        told = self.typed
+        return f"<Story {told.name}: world {told.world}, {told.length} frames>"
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        from i2pdsl.notebook.display import show_story
+
+        return show_story(self)
 
     def _on_a_hill(self, world: HillWorld, seed: int, naive: bool, watch: Watch) -> Result:
         plan, finished = self.typed.search, True
@@ -187,11 +218,7 @@ class Story:
     ) -> tuple[list[Trajectory], bool]:
         from i2pdsl.search.beam import beam_search, draw_starts
 
-        plan, length = self.typed.search, self.typed.length
-        entities = world.spec.entities
-        events = tuple(
-            world.moves.events.index(entities.index(thing)) for _, thing in self.typed.allow
-        )
+        plan, length, events = self.typed.search, self.typed.length, self.events(world)
         objective = story_objective(self.typed, world)
         starts = draw_starts(allowed, plan.starts, seed)
         began = time.perf_counter()
@@ -271,3 +298,11 @@ class Result:
     def score(self) -> float:
         """Its objective, automatic terms included."""
         return self.script.score or 0.0
+
+    def __repr__(self) -> str:
+        return f"<Result: {len(self.candidates)} found, the best {self.script!r}>"
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        from i2pdsl.notebook.display import show_result
+
+        return show_result(self)

@@ -31,7 +31,6 @@ def load_stories(paths: tuple[str, ...], settings: tuple[tuple[str, str], ...]) 
 
 def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
     """A checked story, with `--set` applied."""
-    from i2pdsl.language.override import override
     from i2pdsl.language.statements import read_source
     from i2pdsl.pipeline import story_from
 
@@ -40,12 +39,7 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
         hint = "`i2p render` draws it, `i2p query` asks about it"
         message = "this is a finished script, not a story"
         raise error("not-a-story", message, whole_file(path), hint)
-    if settings:
-        words = story_from(source, folder).typed.vocabulary
-        method = "beam" if words.enumerable else "descend"
-        for name, value in settings:
-            source = override(source, name, value, tuple(words.settings), method)
-    return story_from(source, folder)
+    return story_from(source, folder, settings)
 
 
 def is_script(source: Source) -> bool:

@@ -1,26 +1,133 @@
-"""`i2p patterns`: what patterns there are."""
+"""`i2p patterns`: what patterns there are, and an illustrated catalogue of them."""
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import click
 
-from i2pdsl.commands.output import output, output_json
+from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json, show
+
+if TYPE_CHECKING:
+    from i2pdsl.library.read import PatternLibrary
 
 
 @click.command()
 @click.argument("library", required=False, type=click.Path())
+@click.option("--page", type=click.Path(file_okay=False), help="Write a catalogue to this folder.")
+@click.option(
+    "--world", "worlds", multiple=True, help="Of the catalogue's examples; kitchen and hill."
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
-def patterns(library: str | None, as_json: bool) -> None:
-    """List the standard patterns, or those of a library (a file or a folder)."""
-    from i2pdsl.describe import library_patterns
+def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_json: bool) -> int:
+    """List the standard patterns, or those of a library (.i2plib, a file or a folder)."""
+    opened, place = open_library(library, with_stories=page is not None)
+    if page is not None:
+        return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), as_json)
+    from i2pdsl.library.examples import gallery_files
 
-    found = library_patterns(library)
+    pictures = {path.stem: str(path) for path in gallery_files(place)}
+    found = [described(p, opened, place, pictures) for p in opened.patterns]
     if as_json:
         output_json(found)
-        return
+        return DONE
     for number, pattern in enumerate(found):
         if number:
             output("")
         output(pattern["signature"])
-        for line in str(pattern["documentation"]).splitlines():
+        for line in in_words(pattern):
             output(f"    {line}")
+    if not pictures:
+        click.echo("no pictures yet: `i2p patterns --page FOLDER` draws a catalogue", err=True)
+    return DONE
+
+
+def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrary, Path]:
+    """The library, and the file or folder that it is. Raises StoryError.
+
+    The standard patterns are packed from their files, with their stories if they are asked for.
+    """
+    from i2pdsl.library.document import SUFFIX
+    from i2pdsl.library.pack import pack
+    from i2pdsl.library.read import read_library
+    from i2pdsl.resources import data_folder
+
+    if library is not None and library.endswith(SUFFIX):
+        return read_library(Path(library)), Path(library)
+    stories = data_folder("stories")
+    place = Path(library) if library is not None else stories / "patterns"
+    if library is None and with_stories:
+        return pack(stories, story_files(str(stories)), "standard").library, stories
+    folder = place if place.is_dir() else place.parent
+    packed = pack(folder, story_files(str(place)), "standard" if library is None else place.stem)
+    show(packed.warnings)
+    return packed.library, place
+
+
+def described(
+    pattern: dict[str, Any], library: PatternLibrary, place: Path, pictures: dict[str, str]
+) -> dict[str, Any]:
+    """A pattern as plain data; `worlds` are those that it fits."""
+    from i2pdsl.library.fits import held_against_worlds
+
+    folder = place if place.is_dir() or place.suffix == ".i2plib" else place.parent
+    own = [w for w in pattern["worlds"] if f"{pattern['name']}-{w}" in pictures]
+    return {
+        "name": pattern["name"],
+        "signature": pattern["signature"],
+        "documentation": pattern["documentation"],
+        "body": pattern["body"],
+        "file": str(folder / pattern["file"]),
+        "parameters": pattern["parameters"],
+        "result": pattern["result"],
+        "worlds": held_against_worlds(pattern, library),
+        "examples": pattern["examples"],
+        "pictures": {w: pictures[f"{pattern['name']}-{w}"] for w in own},
+    }
+
+
+def in_words(pattern: dict[str, Any]) -> list[str]:
+    """What is said below a pattern's signature."""
+    lines = str(pattern["documentation"]).splitlines()
+    kinds = [f"{p['name']}: {p['kind']}" for p in pattern["parameters"]]
+    lines += [", ".join(kinds)] if kinds else []
+    lines.append("fits " + (", ".join(pattern["worlds"]) or "no world that is known here"))
+    return lines + [f"picture: {path}" for path in pattern["pictures"].values()]
+
+
+def catalogue(library: PatternLibrary, folder: Path, worlds: list[str], as_json: bool) -> int:
+    """Makes the examples that are not there yet and writes the page."""
+    from i2pdsl.library.catalogue import save_catalogue
+    from i2pdsl.library.examples import Gallery, examples_of, make_all
+    from i2pdsl.progress import Bars
+
+    check_writable(folder)
+    gallery = Gallery(folder / "pictures", library)
+    examples = {p["name"]: examples_of(library, p, worlds) for p in library.patterns}
+    every = [example for found in examples.values() for example in found]
+    there = sum(gallery.kept(example) is not None for example in every)
+    with Bars() as bars:
+        shown, failed, finished = make_all(gallery, every, bars)
+    page = save_catalogue(folder, library, examples, shown, failed)
+    for name, why in failed.items():
+        click.echo(f"warning: {name} could not be made: {why}", err=True)
+    if not finished:
+        message = f"interrupted: the page has the {len(shown)} of {len(every)} examples made so far"
+        click.echo(message, err=True)
+    if as_json:
+        output_json(
+            {
+                "page": str(page),
+                "patterns": len(library.patterns),
+                "examples": len(shown),
+                "made": len(shown) - there,
+                "failed": failed,
+            }
+        )
+    else:
+        count = len(library.patterns)
+        output(f"{page}: {count} pattern{'s' * (count != 1)}, {len(shown)} examples, "
+               f"{len(shown) - there} of them made now")  # fmt: skip
+    return DONE if finished else INTERRUPTED

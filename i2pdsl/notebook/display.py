@@ -65,9 +65,7 @@ def show_result(result: Result) -> Bundle:
 
 def show_answer(answer: Answer) -> Bundle:
     """A number as it is; a small table for a latent; curves for what goes on over t."""
-    from i2pdsl.commands.query import show_answer as in_words
-
-    lines = in_words(answer).splitlines()
+    lines = answer.in_words().splitlines()
     if len(lines) > LINES:
         lines[LINES // 2 : -LINES // 2] = [f"   … {len(lines) - LINES} more"]
     data: dict[str, Any] = {"text/plain": "\n".join(lines)}

@@ -17,7 +17,6 @@ from IPython.display import display
 
 from i2pdsl.answers import Answer
 from i2pdsl.errors import Diagnostic, Source, StoryError
-from i2pdsl.language.override import override
 from i2pdsl.notebook.progress import CellBars
 from i2pdsl.notebook.source import placed
 from i2pdsl.pipeline import Result, Script, Story, story_from
@@ -72,7 +71,7 @@ class StoryMagics(Magics):
         head = f"%%story {line}".rstrip() + "\n"
         place = lambda diagnostic: placed(diagnostic, name, head + cell, len(head))
         try:
-            story = _checked(Source(name, cell), [_setting(text) for text in chosen.set])
+            story = story_from(Source(name, cell), Path(), [_setting(text) for text in chosen.set])
             self.shell.push({f"{name}_story": story})
             if chosen.no_solve:
                 _warn(map(place, story.warnings))
@@ -160,16 +159,6 @@ def _setting(text: str) -> tuple[str, str]:
     if not equals or not name.strip().isidentifier() or not value.strip():
         raise UsageError(f"%%story: {text!r} is not NAME=VALUE")
     return name.strip(), value.strip()
-
-
-def _checked(source: Source, settings: list[tuple[str, str]]) -> Story:
-    """The story of a cell, values replaced. Raises StoryError."""
-    story = story_from(source, Path())
-    for name, value in settings:
-        words = story.typed.vocabulary
-        method = "beam" if words.enumerable else "descend"
-        source = override(source, name, value, tuple(words.settings), method)
-    return story_from(source, Path()) if settings else story
 
 
 def _answer(script: Script, asked: str, assume: str | None, cell: str, offset: int) -> Answer:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from i2pdsl.progress import Bars
 
 
@@ -21,12 +19,5 @@ class CellBars(Bars):
     def say(self, message: str) -> None:
         self.said.append(message)
 
-    def _show(self, name: str, total: int) -> Any:
-        if self.bar is None or self.name != name:
-            from tqdm import tqdm
-
-            self.close()
-            self.name = name
-            layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
-            self.bar = tqdm(total=total, desc=name, bar_format=layout, leave=False, ncols=80)
-        return self.bar
+    def columns(self) -> int:
+        return 80

@@ -263,5 +263,7 @@
 
   draw();
   $("still").hidden = true;
-  if (!calm.matches) play();
+  // Several in one notebook shall not move all at once.
+  const framed = window !== window.top;
+  if (!calm.matches && !framed) play();
 })();

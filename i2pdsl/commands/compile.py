@@ -1,0 +1,116 @@
+"""`i2p compile`: a folder of stories becomes a library of patterns in one file."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.output import DONE, check_writable, output, output_json, show
+from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
+
+if TYPE_CHECKING:
+    from i2pdsl.language.story import TypedStory
+
+
+@click.command()
+@click.argument("folder", type=click.Path())
+@click.option("-o", "--out", "library", required=True, type=click.Path(), help="NAME.i2plib.")
+@click.option("--no-programs", is_flag=True, help="Do not compile the stories' searches.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def compile(folder: str, library: str, no_programs: bool, as_json: bool) -> int:
+    """Check the stories of a folder and pack its patterns into a library."""
+    from i2pdsl.library.document import SUFFIX, with_hash, write_document
+    from i2pdsl.library.pack import pack
+
+    path = Path(library)
+    if path.suffix != SUFFIX or not path.stem.strip("."):
+        raise click.UsageError(f"a library is called NAME{SUFFIX}, not {path.name}")
+    if not Path(folder).is_dir():
+        raise error("no-file", "there is no such folder", whole_file(folder))
+    check_writable(path.parent)
+    began = time.perf_counter()
+    packed = pack(Path(folder), story_files(folder), path.stem)
+    show(packed.warnings)
+    document = packed.library.document
+    traced: list[str] = []
+    if not no_programs:
+        shapes, traced = compile_programs(packed.stories, document["stories"])
+        document = with_hash({**document, "shapes": shapes})
+    size = write_document(path, document)
+    seconds = time.perf_counter() - began
+    summary = {
+        "library": str(path),
+        "name": document["name"],
+        "hash": document["hash"],
+        "patterns": [pattern["name"] for pattern in packed.library.patterns],
+        "lets": len(document["lets"]),
+        "stories": len(document["stories"]),
+        "shapes": document["shapes"],
+        "traced": len(traced),
+        "bytes": size,
+        "seconds": round(seconds, 3),
+    }
+    if as_json:
+        output_json(summary)
+        return DONE
+    patterns, stories = len(summary["patterns"]), len(document["stories"])
+    output(
+        f"{path}: {counted(patterns, 'pattern')}, {counted(stories, 'story', 'stories')} checked"
+    )
+    if not no_programs:
+        sharing = sum(len(s["stories"]) for s in document["shapes"] if len(s["stories"]) > 1)
+        shapes_ = counted(len(document["shapes"]), "shape")
+        output(f"  {shapes_} of search ({sharing} of {stories} stories share one), "
+               f"{len(traced)} compiled now")  # fmt: skip
+    output(f"  {size / 1000:.1f} kB, {seconds:.1f} s")
+    return DONE
+
+
+def compile_programs(
+    stories: list[tuple[Path, TypedStory]], records: list[dict[str, Any]]
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Compiles each shape of search once, into the user's cache.
+
+    Returns: the library's `shapes`, and those that had to be traced. Raises StoryError with the
+    stories that cannot be searched.
+    """
+    from i2pdsl.pipeline import Story
+    from i2pdsl.progress import Bars
+    from i2pdsl.search.prepare import prepare
+    from i2pdsl.search.programs import Compiling
+
+    shapes: dict[str, dict[str, Any]] = {}
+    problems: list[Diagnostic] = []
+    compiling = Compiling()
+    done = 0
+    with Bars() as bars:
+        try:
+            for (path, typed), record in zip(stories, records, strict=True):
+                bars.compiling(done, len(stories))
+                try:
+                    shape = prepare(Story(typed, path.parent), compiling, bars.watch)
+                except StoryError as problem:
+                    problems.extend(problem.diagnostics)
+                    continue
+                if shape is not None:
+                    new = {"shape": shape, "world": record["world"], "stories": []}
+                    shapes.setdefault(shape, new)["stories"].append(record["file"])
+                done += 1
+        except KeyboardInterrupt:
+            bars.say(
+                f"interrupted: no library is written; {counted(len(compiling.known), 'shape')} "
+                "of search are in the cache already"
+            )
+            raise
+    if problems:
+        raise StoryError(problems)
+    return sorted(shapes.values(), key=lambda s: s["stories"]), compiling.traced
+
+
+def counted(count: int, one: str, many: str | None = None) -> str:
+    """`1 pattern`, `2 patterns`."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
