@@ -30,10 +30,14 @@ COMMANDS = (
     "check",
     "fmt",
     "query",
+    "repl",
     "worlds",
     "patterns",
+    "compile",
+    "extract",
     "plan",
     "train",
+    "lsp",
     "completion",
 )
 

@@ -16,7 +16,7 @@ from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.terms import score_script, story_objective
 from worlds_for_tests import STORIES, Pair, small_kitchen
 
-NAMES = sorted(p.stem for p in (STORIES / "kitchen").glob("*.story"))
+NAMES = sorted(reference.STORIES)
 
 
 @pytest.fixture(scope="module")

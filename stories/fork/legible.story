@@ -1,9 +1,9 @@
-# The robot moves so that viewers know early where it is going: legible motion, Dragan 2015.
+# The robot moves so that viewers know early where it is going.
 world fork
 length 9
 start at(robot, (4, 4))
 
-maximize sum_t P(G_robot = left | script[:t])
+maximize legible(G_robot = left)
 
 # expect mean_t P(G_robot = left | script[:t]) >= 0.95
 # expect P(G_robot = left | script[:2]) >= 0.95

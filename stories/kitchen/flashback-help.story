@@ -4,8 +4,7 @@ length 3
 
 let shown = script ++ [cheese: stay, robot: east]
 
-maximize depict(rho > 0, over = shown)
-maximize [pushes(robot, cheese) @ shown[T+1]]
+maximize flashback(rho > 0, shown, pushes(robot, cheese))
 
 search beam(starts = 500, width = 100)
 

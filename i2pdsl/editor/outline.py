@@ -1,0 +1,102 @@
+"""The statements of a file as an outline, and the call that the cursor stands in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from i2pdsl.editor.enclosure import argument_name, enclosures
+from i2pdsl.editor.reading import read_before
+from i2pdsl.editor.surroundings import Surroundings
+from i2pdsl.errors import Source, Span, StoryError, shorten
+from i2pdsl.language import ast
+from i2pdsl.language.builtins import STATEMENT_WORDS, word_named
+from i2pdsl.language.parse import parse_tolerantly
+from i2pdsl.language.statements import room_for_nesting, split_statements
+from i2pdsl.worlds.grid.blocks import KEYWORDS, MAP
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A statement, or a block of a world: `kind` is its keyword."""
+
+    name: str
+    kind: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A call around the cursor: its signature, its parameters as written there, the one at hand."""
+
+    signature: str
+    documentation: str
+    parameters: tuple[str, ...]
+    active: int | None
+
+
+def headings(source: Source) -> Iterator[Heading]:
+    """The statements of a story that can be read."""
+    try:
+        with room_for_nesting():
+            program, _ = parse_tolerantly(source)
+    except StoryError:
+        return
+    for statement in program.statements:
+        span = statement.span
+        keyword = span.text.split(None, 1)[0]
+        match statement:
+            case ast.Let() | ast.Pattern():
+                yield Heading(statement.name.id, keyword, span, statement.name.span)
+            case ast.World() | ast.Objective():
+                yield Heading(shorten(span.text), keyword, span, span)
+
+
+def blocks(source: Source) -> Iterator[Heading]:
+    """The blocks of a world."""
+    for piece in split_statements(source, KEYWORDS, drawn=MAP).pieces:
+        if piece.keyword in KEYWORDS:
+            name = shorten(piece.span.text.split("\n", 1)[0])
+            head = Span(source, piece.span.start, piece.span.start + len(piece.keyword))
+            yield Heading(name, piece.keyword, piece.span, head)
+
+
+def signature_at(
+    text: str, offset: int, around: Surroundings, start: str = "file"
+) -> Signature | None:
+    """The innermost call or form whose brackets are open at a place."""
+    reading = read_before(text, offset, start, ended=True) or read_before(text, offset, start)
+    if reading is None:
+        return None
+    expression = start == "expression" or str(next(iter(reading.tokens), "")) not in STATEMENT_WORDS
+    for inner in reversed(enclosures(reading.tokens, expression)):
+        if inner.kind in ("group", "index", "set", "range"):
+            continue
+        position = len(inner.parts)
+        found = around.module.find(inner.name) if inner.kind == "call" else None
+        world = around.vocabulary
+        if found is not None and isinstance(found.item, ast.Pattern):
+            pattern = found.item
+            names = [p.name.id for p in pattern.parameters]
+            shown = tuple(" ".join(p.span.text.split()) for p in pattern.parameters)
+            free = list(range(len(names)))
+            for part in [*inner.parts, inner.part]:
+                given = argument_name(part)
+                place = names.index(given) if given in names else next(iter(free), None)
+                if part is not inner.part and place in free:
+                    free.remove(place)
+            return Signature(pattern.signature, pattern.documentation, shown, place)
+        if inner.kind == "call" and world is not None and inner.name in world.predicates:
+            predicate = world.predicates[inner.name]
+            signature = f"{predicate.name}({', '.join(predicate.parameters)})"
+            active = position if position < len(predicate.parameters) else None
+            return Signature(signature, predicate.documentation, predicate.parameters, active)
+        word = word_named(
+            inner.name if inner.kind == "call" else _FORMS.get(inner.kind, inner.kind)
+        )
+        return Signature(word.signature, word.documentation, (), None) if word is not None else None
+    return None
+
+
+_FORMS = {"holds": "[ @ ]", "turn": "++", "settings": "", "statement": "", "expression": ""}

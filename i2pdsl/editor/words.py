@@ -1,0 +1,34 @@
+"""The fixed words and signs of the language: how each terminal of the grammar is written."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from i2pdsl.editor.colours import KINDS
+from i2pdsl.language.builtins import STATEMENT_WORDS, Word, word_named
+from i2pdsl.language.parse import grammar
+
+SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize")
+ONCE = frozenset(STATEMENT_WORDS) - frozenset(SEVERAL)
+"""The words of the statements that stand at most once in a story."""
+
+
+@cache
+def spellings() -> dict[str, tuple[str, ...]]:
+    """The texts of each terminal that has fixed ones: `sum_t`, `mean_t`... for BIG_T."""
+    found: dict[str, tuple[str, ...]] = {}
+    for terminal in grammar().terminals:
+        pattern = terminal.pattern
+        if KINDS[terminal.name] == "reduction":
+            end = "_t" if terminal.name == "BIG_T" else "_{"
+            found[terminal.name] = tuple(f"{w}{end}" for w in ("sum", "mean", "min", "max"))
+        elif pattern.type == "str":
+            found[terminal.name] = (str(pattern.value),)
+        elif KINDS[terminal.name] in ("keyword", "form", "story"):
+            found[terminal.name] = (str(pattern.value).removesuffix(r"\b"),)
+    return found
+
+
+def explanation(word: str) -> Word | None:
+    """What the table of the language says of a word or a sign."""
+    return word_named(word.replace("_{", "_t"))

@@ -1,0 +1,11 @@
+# The robot seems harmless. A hint makes viewers doubt it, and in the end it does hinder.
+world kitchen
+length 16
+
+maximize foreshadowing(rho < 0)
+
+# expect P(rho < 0 | script[:3]) <= 0.2
+# expect min_{t in 5..12} P(rho < 0 | script[:t]) >= 0.3
+# expect max_{t in 5..12} P(rho < 0 | script[:t]) <= 0.7
+# expect mean_{t in 13..16} P(rho < 0 | script[:t]) >= 0.95
+# expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.95

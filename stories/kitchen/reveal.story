@@ -1,0 +1,10 @@
+# Does the robot mean well? Nobody can tell, until one step in the sixth frame tells all.
+world kitchen
+length 12
+
+maximize reveal(rho > 0)
+
+# expect min_{t in 1..5} P(rho > 0 | script[:t]) >= 0.3
+# expect max_{t in 1..5} P(rho > 0 | script[:t]) <= 0.7
+# expect min_{t in 6..12} P(rho > 0 | script[:t]) >= 0.9
+# expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.95
