@@ -1,15 +1,9 @@
-"""Worlds and patterns in words, for `i2p worlds` and `i2p patterns`."""
+"""Worlds in words, for `i2p worlds`."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import error as story_error
-from i2pdsl.errors import whole_file
-from i2pdsl.language import ast
-from i2pdsl.language.parse import parse_file
-from i2pdsl.resources import data_folder
 from i2pdsl.worlds.find import Spec, vocabulary_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
@@ -122,23 +116,3 @@ def shown_value(value: Any) -> str:
     if isinstance(value, tuple):
         return "{" + ", ".join(f"{x:g}" for x in value) + "}"
     return str(value)
-
-
-def library_patterns(library: str | None) -> list[dict[str, Any]]:
-    """The patterns of a library (a file or a folder), or the standard ones."""
-    place = Path(library) if library is not None else data_folder("stories") / "patterns"
-    files = sorted(place.glob("*.story")) if place.is_dir() else [place]
-    found = [
-        {
-            "name": pattern.name.id,
-            "signature": pattern.signature,
-            "documentation": pattern.documentation,
-            "body": pattern.body.span.text,
-            "file": str(file),
-        }
-        for file in files
-        for pattern in parse_file(file).of(ast.Pattern)
-    ]
-    if not found:
-        raise story_error("no-pattern", "there are no patterns here", whole_file(str(place)))
-    return sorted(found, key=lambda p: str(p["name"]))

@@ -14,15 +14,21 @@ from i2pdsl.worlds.ready import Watch
 
 
 class Bars:
-    """Progress bars for planning, searching and drawing. Use it as a context."""
+    """Progress bars for planning, searching and drawing. Use it as a context.
 
-    def __init__(self) -> None:
+    `waiting` is shown before there is anything to count, while programs are compiled.
+    """
+
+    def __init__(self, waiting: str = "") -> None:
         self.bar: Any = None
         self.name = ""
+        self.waiting = waiting
         self.shown = sys.stderr is not None and sys.stderr.isatty()
         self.watch = Watch(self._planning, self._searching, self.training, self.say)
 
     def __enter__(self) -> Bars:
+        if self.shown and self.waiting:
+            click.echo(f"{self.waiting} ...", err=True, nl=False)
         return self
 
     def __exit__(
@@ -39,6 +45,9 @@ class Bars:
         click.echo(message, err=True)
 
     def close(self) -> None:
+        if self.shown and self.waiting:
+            click.echo("\r\x1b[2K", err=True, nl=False)  # the whole line is cleared
+            self.waiting = ""
         if self.bar is not None:
             self.bar.close()
             self.bar = None
@@ -50,12 +59,15 @@ class Bars:
             self.close()
             self.name = name
             layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
-            # Some terminals do not know their size and say 0: nothing would be shown.
-            width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
+            width = self.columns()
             self.bar = tqdm(
                 total=total, desc=name, bar_format=layout, leave=False, ncols=width, nrows=20
             )
         return self.bar
+
+    def columns(self) -> int:
+        """The width of a bar. Some terminals do not know theirs and say 0."""
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
 
     def _planning(self, who: str, sweep: int, residual: float, expected: float | None) -> None:
         if not self.shown:
@@ -80,6 +92,14 @@ class Bars:
     def drawing(self, name: str, done: int, total: int) -> None:
         """One more frame of a film is drawn."""
         self._count(f"drawing {name}", done, total)
+
+    def compiling(self, done: int, total: int) -> None:
+        """One more story's search is compiled."""
+        self._count("compiling", done, total)
+
+    def making(self, name: str, done: int, total: int) -> None:
+        """One more example of a catalogue is made."""
+        self._count(f"making {name}", done, total)
 
     def _count(self, name: str, done: int, total: int) -> None:
         if self.shown:

@@ -490,7 +490,8 @@ def test_patterns(place: Path, i2p: Run) -> None:
     assert names == sorted(names)
     assert {"arc", "depict", "irony", "twist"} <= set(names)
     Path("library.story").write_text("# Doubles.\npattern twice(x) = 2 * x\n", encoding="utf-8")
-    assert i2p("patterns", "library.story").out == "twice(x)\n    Doubles.\n"
+    listed = "twice(x)\n    Doubles.\n    x: number\n    fits fork, hill, kitchen, maze, porters\n"
+    assert i2p("patterns", "library.story").out == listed
     for wrong in ("walk.story", "missing.story", "/proc/self/mem"):
         assert i2p("patterns", wrong).status == WRONG
 

@@ -19,10 +19,14 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
     """All frames of a script along the first axis, frame 0 being the start.
 
     Args:
-        states: [T + 1, ...], actions: [T, ...], as the world has them.
+        states: [T + 1, ...], actions: [T, ...], as the world has them; T may be 0.
     """
     tables = world.tables
-    rows = world.log_rows(tables, states[:-1], actions, states[1:])
+    if len(actions):
+        rows = world.log_rows(tables, states[:-1], actions, states[1:])
+    else:  # nothing has happened yet, but what is observed has its shape
+        still = world.log_rows(tables, states, world.no_action(states), states)
+        rows = tuple(row[:0] for row in still)
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
     belief = world.log_prior(tables)

@@ -18,6 +18,7 @@ from i2pdsl.resources import data_folder
 _UNREAD_NAME = re.compile(r"^(?:let|pattern)\s+(\w+)", re.MULTILINE)
 MOST_NOTES = 4  # uses of patterns within patterns that a message shows
 LIBRARY_STATEMENTS = (ast.Let, ast.Pattern, ast.Import)
+COMPILED = ".i2plib"
 
 
 @dataclass(frozen=True)
@@ -172,6 +173,8 @@ class _Importer:
         """The modules of an import: one, or those of a folder, which know each other's names."""
         here = statement.target.span
         paths = [p.resolve() for p in find_library(statement.target, folder)]
+        if len(paths) == 1 and paths[0].suffix == COMPILED:
+            return [compiled_library(paths[0], here)]
         if any(path in paths for path, _ in self.trail):
             raise error("import", "the imports go in a circle", here, "remove this import")
         modules = []
@@ -204,6 +207,19 @@ class _Importer:
         self.add_imports(module, program, path.parent)
         define(module, program, self.tell)
         return module
+
+
+def compiled_library(path: Path, here: Span) -> Module:
+    """The names of a compiled library; `here` is the import. Raises StoryError."""
+    from i2pdsl.library.read import read_library  # which needs this module
+
+    try:
+        exports = read_library(path).exports
+    except StoryError as problem:
+        found = problem.diagnostics[0]
+        message = f"`{path.name}` cannot be used: {found.message}"
+        raise error("import", message, here, found.hint) from None
+    return Module(exports.source, exports.names)
 
 
 def define(module: Module, program: ast.Program, report: Callable[[Diagnostic], None]) -> None:
@@ -256,19 +272,17 @@ def find_library(target: ast.Name | ast.Text, folder: Path | None) -> list[Path]
         candidates = [here / shown]
     else:
         shown = target.id
-        names = (f"{shown}.story", shown, f"{shown}.i2plib")
+        names = (f"{shown}.story", shown, f"{shown}{COMPILED}")
         candidates = [place / name for place in (here, patterns) for name in names]
     for path in candidates:
         files = _library_files(path)
-        if any(p.suffix == ".i2plib" for p in files):
-            message = "compiled libraries cannot be read by this version"
-            raise error("import", message, target.span, "import the folder of its stories")
         if files:
             return files
     stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
+    stems |= {p.stem for p in here.glob(f"*{COMPILED}")}
     message = f"there is no library `{shorten(shown)}`"
     close = closest(shown, stems)
-    hint = "a library is NAME.story, or a folder of stories, beside this file"
+    hint = "a library is NAME.story, NAME.i2plib or a folder of stories, beside this file"
     if close:
         hint = f"did you mean `{close}`?"
     raise error("import", message, target.span, hint)

@@ -46,6 +46,20 @@ def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], 
     return tuple(frames)
 
 
+def turn_in_words(world: GridWorld, action: int) -> str:
+    """An action as a story appends it: `[cheese: west!, robot: stay]`."""
+    moves = world.moves
+    if action >= moves.turn_count:
+        number = action - moves.turn_count
+        thing = world.spec.entities[moves.events[number // moves.cell_count]]
+        event = next(e for e, things in world.spec.events if thing in things)
+        column, row = (int(x) for x in world.dynamics.coordinates[number % moves.cell_count])
+        return f"[{event}: {thing} at ({column}, {row})]"
+    acts = zip(world.spec.characters, _decoded(world, action), strict=True)
+    told = (f"{who.name}: {ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts)
+    return f"[{', '.join(told)}]"
+
+
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
     counts = world.moves.counts
     numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -24,6 +26,39 @@ Array = Any
 # A program is made of these files; another version of them makes other programs.
 _SOURCES = ("audience", "objective", "planning", "search", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
+
+
+class ReadyError(Exception):
+    """Inside `compiling_only`: a program is compiled, and would now be run."""
+
+
+@dataclass
+class Compiling:
+    """What was compiled inside `compiling_only`.
+
+    Attributes:
+        shape: names the program that was compiled last, whatever the versions and the machine.
+        traced: the shapes of those that the cache did not have.
+        known: of all programs.
+    """
+
+    shape: str = ""
+    traced: list[str] = field(default_factory=list)
+    known: set[str] = field(default_factory=set)
+
+
+_compiling: Compiling | None = None
+
+
+@contextmanager
+def compiling_only(compiling: Compiling) -> Iterator[None]:
+    """Inside, `compiled_program` compiles (each program once) and raises ReadyError."""
+    global _compiling
+    before, _compiling = _compiling, compiling
+    try:
+        yield
+    finally:
+        _compiling = before
 
 
 def compiled_program(
@@ -44,8 +79,14 @@ def compiled_program(
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arguments]
     digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
     path = _program_path(digest)
+    if _compiling is not None:
+        _compiling.shape = hashlib.sha256(description.encode()).hexdigest()[:16]
+        if digest in _compiling.known:
+            raise ReadyError
     exported = _load(path, say)
     if exported is None:
+        if _compiling is not None:
+            _compiling.traced.append(_compiling.shape)
         exported = jax.export.export(jax.jit(function))(*shapes)
         _store(path, exported, say)
     with warnings.catch_warnings(record=True) as caught:
@@ -57,6 +98,9 @@ def compiled_program(
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         for entry in Path(folder).glob("*-cache"):
             entry.unlink(missing_ok=True)
+    if _compiling is not None:
+        _compiling.known.add(digest)
+        raise ReadyError
     return compiled
 
 

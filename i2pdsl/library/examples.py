@@ -1,0 +1,273 @@
+"""Examples of a library's patterns: one story for each pattern and world, made and drawn.
+
+An example is a story of the library that uses the pattern, or a story of one line that calls it as
+it was proved to fit. Its pictures are kept as long as nothing that they depend on changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import tempfile
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from i2pdsl.errors import Source, StoryError
+from i2pdsl.language import ast
+from i2pdsl.language.parse import parse
+from i2pdsl.language.scope import standard_library
+from i2pdsl.library.curves import Curves, decisive_curves
+from i2pdsl.library.document import MADE_WITH, SUFFIX, encode
+from i2pdsl.library.fits import uses_of
+from i2pdsl.library.read import PatternLibrary
+from i2pdsl.resources import write_text
+
+if TYPE_CHECKING:
+    from i2pdsl.progress import Bars
+
+MANIFEST = "manifest.json"
+_LENGTHS = {"hill": 400}  # frames of an example that no story of the library shows
+_USUAL_LENGTH = 15
+_EXPECTATION = re.compile(r"^# expect .*\n?", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Example:
+    """A story that shows what a pattern does in a world.
+
+    Attributes:
+        story: its file in the library, or None where it was made from the pattern's signature.
+        call: of the pattern, as it stands in the story.
+        source: its text.
+    """
+
+    pattern: str
+    world: str
+    story: str | None
+    call: str
+    source: str
+
+    @property
+    def name(self) -> str:
+        """Of its pictures: `pictures/NAME.png`."""
+        return f"{self.pattern}-{self.world}"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """An example that was made: its pictures are pictures/NAME.png and NAME.html."""
+
+    example: Example
+    score: float
+    size: tuple[int, int]
+    curves: list[Curves]
+
+
+def examples_of(
+    library: PatternLibrary, pattern: dict[str, Any], worlds: list[str]
+) -> list[Example]:
+    """An example in each of the worlds that the pattern fits.
+
+    Where none of them is a story of the library, one that is comes first, from another world.
+    """
+    found = [e for world in worlds for e in [_example(library, pattern, world)] if e is not None]
+    if not any(e.story for e in found):
+        elsewhere = sorted({e["world"] for e in pattern["examples"]} - {*worlds})
+        more = (_example(library, pattern, world) for world in elsewhere[:1])
+        found = [*(e for e in more if e is not None), *found]
+    return found
+
+
+def _example(library: PatternLibrary, pattern: dict[str, Any], world: str) -> Example | None:
+    name = pattern["name"]
+    stories = [s for s in library.document["stories"] if s["world"] == world and name in s["calls"]]
+    if stories:
+        best = min(stories, key=lambda s: _distance(s, name))
+        text = _with_library(_EXPECTATION.sub("", best["source"]), library)
+        return Example(name, world, best["file"], best["calls"][name], text)
+    if not pattern["worlds"].get(world, {}).get("fits"):
+        return None
+    call = pattern["worlds"][world]["with"]
+    return Example(name, world, None, call, _generated(library, pattern, world))
+
+
+def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
+    """How far a story is from showing one pattern alone."""
+    stem = Path(story["file"]).stem.replace("-", "_")
+    lines = len(re.findall(r"^(?:maximize|minimize)\b", story["source"], re.MULTILINE))
+    return (stem != name, name not in stem, len(story["calls"]), lines, story["file"])
+
+
+def _with_library(text: str, library: PatternLibrary) -> str:
+    """A story that imports the library, where it imported some of its files."""
+    imports = parse(Source("example", text)).of(ast.Import)
+    for number, statement in enumerate(reversed(imports)):
+        last = number == len(imports) - 1
+        new = _import_line(library) if last else ""
+        text = text[: statement.span.start] + new + text[statement.span.end :]
+    return re.sub(r"\n{3,}", "\n\n", text).strip("\n") + "\n"
+
+
+def _import_line(library: PatternLibrary) -> str:
+    name = library.document["name"]
+    return f"import {name}" if name.isidentifier() else f'import "{name}{SUFFIX}"'
+
+
+def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str) -> str:
+    call = pattern["worlds"][world]["with"]
+    use = uses_of(pattern["result"])[0].format(call)
+    named = world if world.isidentifier() else f'"{world}"'
+    known = standard_library().names.get(pattern["name"])
+    is_standard = known is not None and known.item.body.span.text == pattern["body"]  # type: ignore[union-attr]
+    lines = [
+        f"# An example of `{pattern['name']}`, made from its signature.",
+        f"world {named}",
+        f"length {_LENGTHS.get(world, _USUAL_LENGTH)}",
+        *([] if is_standard else [_import_line(library)]),
+        "",
+        f"maximize {use}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+class Gallery:
+    """The pictures in a folder, and what they were made from."""
+
+    def __init__(self, folder: Path, library: PatternLibrary):
+        self.folder = folder
+        self.library = library
+        self.known = _read_manifest(folder / MANIFEST)
+
+    def kept(self, example: Example) -> Shown | None:
+        """An example whose pictures are there and still right."""
+        entry = self.known.get(example.name)
+        if entry is None or entry.get("key") != self.key(example):
+            return None
+        files = (self.folder / f"{example.name}{end}" for end in (".png", ".html"))
+        if not all(file.is_file() for file in files):
+            return None
+        try:
+            curves = [Curves(**panel) for panel in entry["curves"]]
+            return Shown(example, float(entry["score"]), tuple(entry["size"]), curves)
+        except (KeyError, TypeError, ValueError):
+            return None
+
+    def key(self, example: Example) -> str:
+        """A digest of all that the pictures depend on."""
+        world = [w["source"] for w in self.library.document["worlds"] if w["name"] == example.world]
+        parts = [MADE_WITH, example.source, *world, *self.bodies(example.pattern)]
+        return hashlib.sha256(json.dumps(parts).encode("utf-8")).hexdigest()
+
+    def bodies(self, name: str) -> list[str]:
+        """The texts of a pattern and of those of the library that it uses."""
+        document = self.library.document
+        records = {r["name"]: r for r in (*document["lets"], *document["patterns"])}
+        found: dict[str, str] = {}
+        waiting = [name]
+        while waiting:
+            record = records.get(waiting.pop())
+            if record is not None and record["name"] not in found:
+                found[record["name"]] = str([record.get("signature"), record["body"]])
+                waiting.extend(record["uses"])
+        return [found[name] for name in sorted(found)]
+
+    def make(self, example: Example, bars: Bars) -> tuple[Shown, bool]:
+        """Makes a story and draws it; tells whether the search was finished.
+
+        Raises StoryError where the story cannot be made, KeyboardInterrupt.
+        """
+        from i2pdsl.pipeline import story_from
+        from i2pdsl.render.pictures import pictures_of
+
+        with tempfile.TemporaryDirectory() as place:
+            story = story_from(
+                Source(f"{example.name}.story", example.source), self.unpacked(place)
+            )
+            result = story.solve(watch=bars.watch)
+        title = f"{example.pattern.replace('_', ' ')}, {place_of(example.world)}"
+        pictures = pictures_of([result.script], title)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".new-", dir=self.folder) as new:
+            files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
+            size = self.moved(files, example.name)
+        curves = decisive_curves(story.typed, result.script, pictures.panels, example.call)
+        shown = Shown(example, result.score, size, curves)
+        if result.finished:
+            self.known[example.name] = {
+                "key": self.key(example), "score": result.score, "size": list(size),
+                "curves": [asdict(panel) for panel in curves],
+            }  # fmt: skip
+            write_text(self.folder / MANIFEST, json.dumps(self.known, indent=1) + "\n")
+        return shown, result.finished
+
+    def moved(self, files: dict[str, Path], name: str) -> tuple[int, int]:
+        """Gives the comic and the page of an example their names; returns the comic's size."""
+        from PIL import Image
+
+        with Image.open(files["comic.png"]) as picture:
+            size = picture.size
+        files["comic.png"].replace(self.folder / f"{name}.png")
+        files["html"].replace(self.folder / f"{name}.html")
+        return size
+
+    def unpacked(self, place: str) -> Path:
+        """A folder with the library and its worlds, for its examples to be read in."""
+        document = self.library.document
+        write_text(Path(place, f"{document['name']}{SUFFIX}"), encode(document))
+        for world in document["worlds"]:
+            name = world["name"] if world["name"].endswith(".world") else f"{world['name']}.world"
+            write_text(Path(place, name), world["source"])
+        return Path(place)
+
+
+def _read_manifest(path: Path) -> dict[str, Any]:
+    try:
+        known = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    entries = known.items() if isinstance(known, dict) else ()
+    return {name: entry for name, entry in entries if isinstance(entry, dict)}
+
+
+def place_of(world: str) -> str:
+    """`in the kitchen`, `on the hill`."""
+    return {"kitchen": "in the kitchen", "hill": "on the hill"}.get(world, f"in {world}")
+
+
+def gallery_files(library: Path) -> Iterator[Path]:
+    """The pictures beside a library, by name."""
+    folder = (library if library.is_dir() else library.parent) / "pictures"
+    if folder.is_dir():
+        yield from sorted(folder.glob("*-*.png"))
+
+
+def make_all(
+    gallery: Gallery, examples: list[Example], bars: Bars
+) -> tuple[dict[str, Shown], dict[str, str], bool]:
+    """Makes the examples that are not there yet. Ctrl-C ends it early.
+
+    Returns: what there is by the examples' names, why others could not be made, and whether all
+    were tried.
+    """
+    shown: dict[str, Shown] = {}
+    failed: dict[str, str] = {}
+    for example in examples:
+        kept = gallery.kept(example)
+        if kept is not None:
+            shown[example.name] = kept
+    missing = [e for e in examples if e.name not in shown]
+    for number, example in enumerate(missing):
+        bars.making(example.name, number, len(missing))
+        try:
+            shown[example.name], finished = gallery.make(example, bars)
+        except StoryError as problem:
+            failed[example.name] = problem.diagnostics[0].message
+        except KeyboardInterrupt:
+            return shown, failed, False
+        else:
+            if not finished:
+                return shown, failed, False
+    return shown, failed, True

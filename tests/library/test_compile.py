@@ -1,0 +1,229 @@
+"""From a folder to a library: what is packed, what is refused, and that the same folder gives the
+same bytes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from libraries_for_tests import MOODS, YARD, files_of, make_folder
+
+from commands_for_tests import Run
+from i2pdsl.errors import StoryError
+from i2pdsl.library.document import LARGEST, MADE_WITH, content_hash, encode, read_document
+from i2pdsl.library.pack import Packed, pack
+from i2pdsl.resources import data_folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Not compiled yet: its story needs the library that it imports."""
+    return make_folder(tmp_path)
+
+
+def packed(folder: Path, name: str = "moods") -> Packed:
+    return pack(folder, files_of(folder), name)
+
+
+def refused(folder: Path) -> str:
+    with pytest.raises(StoryError) as caught:
+        packed(folder)
+    return str(caught.value)
+
+
+def test_what_is_packed(folder: Path) -> None:
+    found = packed(folder)
+    document = found.library.document
+    assert document["made_with"] == MADE_WITH
+    assert document["hash"] == content_hash(document)
+    assert [(f["name"], f["group"]) for f in document["files"]] == [
+        ("deep/turns.story", ""),
+        ("moods.story", ""),
+        ("outside/common.story", "outside/common"),
+    ]
+    assert document["files"][0]["imports"] == {
+        "../../common.story": ["outside/common.story"],
+        "twist": "standard",
+    }
+    records = {r["name"]: r for r in document["patterns"]}
+    dark = records["dark"]
+    assert dark["signature"] == "dark(event, share = 0.8)"
+    assert dark["documentation"] == "Viewers are kept in the dark.\nUse it for a question."
+    assert dark["file"] == "moods.story"
+    assert dark["line"] == MOODS.splitlines().index("pattern dark(event, share = 0.8) =") + 1
+    assert dark["parameters"] == [
+        {"name": "event", "kind": "event", "default": None},
+        {"name": "share", "kind": "number", "default": "0.8"},
+    ]
+    assert records["both"]["uses"] == {
+        "after": "deep/turns.story", "dark": "moods.story", "middle": "moods.story",
+    }  # fmt: skip
+    assert records["after"]["uses"] == {
+        "slow_depict": "outside/common.story", "twist": "standard",
+    }  # fmt: skip
+    assert records["pink_mind"]["names_of_worlds"] == ["G_cheese", "pink", "rho"]
+    assert records["slow_depict"]["names_of_worlds"] == []
+    assert {let["name"]: let["result"] for let in document["lets"]} == {
+        "middle": "number", "slowness": "shape",
+    }  # fmt: skip
+    # A pattern that a pattern of the library uses is packed but not its own.
+    assert [p["name"] for p in found.library.patterns] == ["after", "both", "dark", "pink_mind"]
+    assert "slow_depict" in found.library.exports.names
+
+
+def test_examples_are_the_stories_that_use_a_pattern(folder: Path) -> None:
+    document = packed(folder).library.document
+    story = document["stories"][0]
+    assert story["file"] == "secret.story"
+    assert (story["world"], story["length"], story["search"]) == ("kitchen", 5, "beam")
+    assert story["calls"] == {"dark": "dark(G_cheese = pink, share = 0.5)"}
+    assert story["source"] == (folder / "secret.story").read_text(encoding="utf-8")
+    records = {r["name"]: r["examples"] for r in document["patterns"]}
+    call = {"file": "secret.story", "world": "kitchen", "call": story["calls"]["dark"]}
+    assert records["dark"] == [call]
+    assert records["both"] == []
+
+
+def test_worlds_that_patterns_fit(folder: Path) -> None:
+    (folder / "yard.world").write_text(YARD, encoding="utf-8")
+    document = packed(folder).library.document
+    records = {r["name"]: r["worlds"] for r in document["patterns"]}
+    assert records["dark"]["yard"]["fits"]
+    assert "G_cart = " in records["dark"]["yard"]["with"]
+    assert records["dark"]["hill"]["fits"]
+    assert records["pink_mind"]["kitchen"]["fits"]
+    assert not records["pink_mind"]["hill"]["fits"]
+    assert "rho" in records["pink_mind"]["hill"]["because"] or (
+        "G_cheese" in records["pink_mind"]["hill"]["because"]
+    )
+    assert document["worlds"] == [{"name": "yard", "file": "yard.world", "source": YARD}]
+
+
+def test_the_same_folder_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    first = encode(packed(folder).library.document)
+    moved = tmp_path / "elsewhere" / "again"
+    moved.mkdir(parents=True)
+    again = make_folder(moved)
+    assert encode(packed(again).library.document) == first
+    assert str(tmp_path) not in first
+    (folder / "moods.story").write_text(MOODS + "# more\n", encoding="utf-8")
+    assert encode(packed(folder).library.document) != first
+
+
+def test_names_that_clash_are_shown_in_both_places(folder: Path) -> None:
+    (folder / "other.story").write_text("pattern dark(x) = depict(x)\n", encoding="utf-8")
+    (folder / "secret.story").unlink()
+    said = refused(folder)
+    assert "other.story:1:9: error[duplicate]: `dark` is defined in two files" in said
+    assert "the first one (" in said
+    assert "moods.story:4:9)" in said
+
+
+def test_every_mistake_of_every_file_is_reported(folder: Path) -> None:
+    (folder / "wrong.story").write_text("world kitchen\nlength 0\nmaximize rho\n", encoding="utf-8")
+    (folder / "bad.story").write_text("pattern p(x) = depict(x, y, z)\n", encoding="utf-8")
+    (folder / "odd.world").write_text("map\n", encoding="utf-8")
+    said = refused(folder)
+    for place in ("wrong.story:2:8", "wrong.story:3:10", "odd.world:1:1"):
+        assert place in said
+    (folder / "wrong.story").unlink()
+    (folder / "odd.world").unlink()
+    assert "bad.story:1:" in refused(folder)
+
+
+def test_patterns_of_two_files_that_go_in_a_circle(folder: Path) -> None:
+    (folder / "a.story").write_text("pattern one(x) = two(x)\n", encoding="utf-8")
+    (folder / "b.story").write_text("pattern two(x) = one(x)\n", encoding="utf-8")
+    assert "is defined by itself" in refused(folder)
+
+
+def test_imports_that_go_in_a_circle(folder: Path) -> None:
+    (folder / "a.story").write_text("import b\npattern one(x) = depict(x)\n", encoding="utf-8")
+    (folder / "b.story").write_text("import a\npattern two(x) = depict(x)\n", encoding="utf-8")
+    assert "the imports go in a circle" in refused(folder)
+
+
+def test_an_import_that_is_not_there(folder: Path) -> None:
+    (folder / "a.story").write_text("import nothere\npattern one(x) = x\n", encoding="utf-8")
+    assert "a.story:1:8: error[import]: there is no library `nothere`" in refused(folder)
+
+
+def test_a_folder_without_patterns(tmp_path: Path) -> None:
+    (tmp_path / "a.story").write_text(
+        "world kitchen\nlength 3\nmaximize depict(rho > 0)\n", encoding="utf-8"
+    )
+    assert "error[no-pattern]: there are no patterns in this folder" in refused(tmp_path)
+
+
+def test_a_library_that_would_not_be_read_is_not_written(folder: Path) -> None:
+    for number in range(6):
+        text = f"pattern p{number}(x) = depict(x)\n" + "# long\n" * 15_000
+        (folder / f"p{number}.story").write_text(text, encoding="utf-8")
+    assert "at most 200,000 are read" in refused(folder)
+    assert LARGEST > 4 * 200_000
+
+
+def test_libraries_within_libraries(folder: Path, tmp_path: Path, i2p: Run) -> None:
+    """What a compiled library imports of its own goes into the library that imports it."""
+    i2p("compile", folder, "-o", tmp_path / "moods.i2plib", "--no-programs")
+    upper = tmp_path / "upper"
+    upper.mkdir()
+    text = 'import "../moods.i2plib"\npattern top(x) = both(x, not x)\n'
+    (upper / "top.story").write_text(text, encoding="utf-8")
+    document = packed(upper, "upper").library.document
+    assert [f["name"] for f in document["files"]] == [
+        "top.story",
+        "moods.i2plib/deep/turns.story",
+        "moods.i2plib/moods.story",
+        "moods.i2plib/outside/common.story",
+    ]
+    assert document["patterns"][0]["uses"] == {"both": "moods.i2plib/moods.story"}
+    i2p("compile", upper, "-o", tmp_path / "both.i2plib", "--no-programs")
+    (tmp_path / "moods.i2plib").unlink()
+    story = tmp_path / "use.story"
+    text = "world kitchen\nlength 4\nimport both\nmaximize top(rho > 0) + slow_depict(rho > 0)\n"
+    story.write_text(text, encoding="utf-8")
+    assert i2p("check", story).status == 0
+
+
+def test_the_command(folder: Path, tmp_path: Path, i2p: Run) -> None:
+    target = tmp_path / "moods.i2plib"
+    done = i2p("compile", folder, "-o", target, "--no-programs")
+    assert done.status == 0, done.err
+    assert f"{target}: 4 patterns, 1 story checked\n  " in done.out
+    written = target.read_bytes()
+    done = i2p("compile", folder, "-o", target, "--no-programs", "--json")
+    assert target.read_bytes() == written
+    said = json.loads(done.out)
+    assert said["patterns"] == ["after", "both", "dark", "pink_mind"]
+    assert said["bytes"] == len(written)
+    assert said["hash"] == read_document(target)["hash"]
+
+
+def test_wrong_usage_and_wrong_folders(folder: Path, tmp_path: Path, i2p: Run) -> None:
+    for name in ("lib.json", "lib", ".i2plib"):
+        done = i2p("compile", folder, "-o", tmp_path / name)
+        assert done.status == 2
+        assert "NAME.i2plib" in done.err
+    assert i2p("compile", folder).status == 2
+    target = tmp_path / "lib.i2plib"
+    assert i2p("compile", tmp_path / "none", "-o", target).status == 1
+    assert i2p("compile", tmp_path / "common.story", "-o", target).status == 1
+    (folder / "wrong.story").write_text("maximize 1\n", encoding="utf-8")
+    done = i2p("compile", folder, "-o", target)
+    assert done.status == 1
+    assert "wrong.story:1:1: error[no-world]" in done.err
+    assert not target.exists()
+
+
+def test_the_standard_library_compiles(i2p: Run, tmp_path: Path) -> None:
+    target = tmp_path / "standard.i2plib"
+    done = i2p("compile", data_folder("stories"), "-o", target, "--no-programs")
+    assert done.status == 0, done.err
+    document = read_document(target)
+    used = {name for story in document["stories"] for name in story["calls"]}
+    assert {"arc", "depict", "irony", "twist"} <= used
+    for record in document["patterns"]:
+        assert record["documentation"], record["name"]
+        assert record["worlds"]["kitchen"]["fits"], record["name"]

@@ -1,0 +1,106 @@
+"""That a pattern fits a world is proved by the checker, call by call."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from libraries_for_tests import copied
+
+from i2pdsl.errors import Source
+from i2pdsl.language.check import check_source
+from i2pdsl.language.parse import parse
+from i2pdsl.language.scope import build_module
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.library.fits import LENGTH, candidates, fit, held_against_worlds
+from i2pdsl.library.pack import pack
+from i2pdsl.worlds.find import find_vocabulary
+
+
+def world(name: str) -> Vocabulary:
+    found = find_vocabulary(name)
+    assert found is not None
+    return found
+
+
+def proofs(tmp_path: Path, text: str) -> dict[str, Any]:
+    path = tmp_path / "one.story"
+    path.write_text(f"{text}\n", encoding="utf-8")
+    library = pack(tmp_path, [path], "one").library
+    return library.patterns[0]["worlds"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "fits"),
+    [
+        ("pattern p(e) = depict(e)", "fork hill kitchen maze porters"),
+        ("pattern p(who) = arc(who)", "fork hill kitchen maze porters"),
+        ("pattern p(x) = sum_t suspense(x | script[:t])", "fork kitchen maze porters"),
+        ("pattern p(level) = sum_t P(rho > level | script[:t])", "kitchen maze porters"),
+        ("pattern p = depict(weight = 0.5)", "hill"),
+        ("pattern p(who) = sum_t [fallen(who) @ script[t]]", "hill"),
+        ("pattern p(who) = sum_t [moved(who) @ script[t]]", "fork kitchen maze porters"),
+        ("pattern p = depict(G_cheese = purple)", ""),
+        ("pattern p(rho) = depict(rho)", "fork hill"),
+        ("pattern p(x, v) = sum_t P(x = v | script[:t])", "fork hill kitchen maze porters"),
+        ("pattern p = rho > 0", "kitchen maze porters"),
+        # A pattern cannot stand for the first frames of a script behind a bar.
+        ("pattern p(e) = script[:5]", ""),
+        ("pattern p = t/T", "fork hill kitchen maze porters"),
+    ],
+)
+def test_worlds_that_a_pattern_fits(tmp_path: Path, pattern: str, fits: str) -> None:
+    found = proofs(tmp_path, pattern)
+    assert list(found) == ["fork", "hill", "kitchen", "maze", "porters"]
+    assert [name for name, proof in found.items() if proof["fits"]] == fits.split()
+    for name, proof in found.items():
+        if not proof["fits"]:
+            assert proof["because"]
+        elif "rho > 0" not in pattern and "t/T" not in pattern:
+            text = f"world {name}\nlength {LENGTH}\n{pattern}\nmaximize {proof['with']}\n"
+            checked = check_source(Source("proof", text), find_vocabulary)
+            assert checked.warnings == (), "an example without a warning is chosen"
+
+
+def test_every_character_must_do() -> None:
+    """What one character can do is not enough."""
+    kitchen = world("kitchen")
+    record = {
+        "name": "p",
+        "parameters": [{"name": "who", "kind": "character", "default": None}],
+        "result": "number",
+    }
+    text = "pattern p(who) = last(script ++ [cheese: stay, who: stay])"
+    module = build_module(parse(Source("m", text)), lambda _: None, None)
+    proof = fit(record, module, kitchen)
+    assert not proof["fits"], "`cheese` would act twice, though `robot` would do"
+    assert "twice" in proof["because"]
+
+
+def test_candidates_are_of_the_world() -> None:
+    kitchen = world("kitchen")
+    assert candidates("character", kitchen) == ["cheese", "robot"]
+    assert candidates("latent", kitchen) == ["rho", "G_cheese", "G_robot"]
+    assert "G_cheese = pink" in candidates("event", kitchen)
+    assert candidates("event", kitchen)[:2] == ["rho > 0", "rho < 0"]
+    for event in candidates("event", kitchen):
+        text = f"world kitchen\nlength 3\nassume nothing\nmaximize depict({event})\n"
+        check_source(Source("event", text), find_vocabulary)
+    for seen in candidates("predicate", kitchen):
+        text = f"world kitchen\nlength 3\nmaximize sum_t [{seen} @ script[t]]\n"
+        check_source(Source("seen", text), find_vocabulary)
+
+
+def test_what_a_library_says_is_proved_again(tmp_path: Path) -> None:
+    path = tmp_path / "one.story"
+    path.write_text("pattern p(e) = depict(e)\npattern q = depict(rho > 0)\n", encoding="utf-8")
+    library = pack(tmp_path, [path], "one").library
+    first, second = (copied(p) for p in library.patterns)
+    assert held_against_worlds(first, library) == ["fork", "hill", "kitchen", "maze", "porters"]
+    assert held_against_worlds(second, library) == ["kitchen", "maze", "porters"]
+    second["worlds"]["hill"] = {"fits": True, "with": "q"}
+    first["worlds"]["kitchen"]["with"] = "p(rho >"
+    first["worlds"]["nowhere"] = {"fits": True, "with": "p(rho > 0)"}
+    assert "hill" not in held_against_worlds(second, library)
+    assert held_against_worlds(first, library) == ["fork", "hill", "maze", "porters"]
