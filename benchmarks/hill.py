@@ -131,8 +131,10 @@ def stories(length: int) -> None:
 
 
 OPTIMISERS = (
-    ("adam, 15 steps of 0.05 (default)", "steps = 15"),
-    ("adam, 40 steps of 0.1", "steps = 40, rate = 0.1"),
+    ("adam, 15 steps of 0.1 (default)", "steps = 15"),
+    ("adam, no lookahead", "lookahead = 0"),
+    ("adam, 15 steps of 0.05", "rate = 0.05"),
+    ("adam, 40 steps of 0.1", "steps = 40"),
     ("lbfgs, 8 steps", "steps = 8, optimiser = lbfgs"),
     ("lbfgs, 15 steps", "steps = 15, optimiser = lbfgs"),
     ("ncg, 15 steps", "steps = 15, optimiser = ncg"),

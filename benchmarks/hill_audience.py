@@ -33,7 +33,7 @@ HONEST = "world hill(weight = {})\nlength 800\nsearch naive(noise = 0.1)\n"
 PLAIN = """world hill(weight = 0.1)
 length 800
 maximize depict(weight = 0.5)
-search descend(window = 50, overlap = 0, steps = 40, rate = 0.1)
+search descend(window = 50, overlap = 0, lookahead = 0, steps = 40, rate = 0.1)
 """
 
 

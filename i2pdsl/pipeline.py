@@ -107,6 +107,14 @@ class Story:
             span = program.of(ast.World)[0].span
             raise StoryError([replace(d, span=span) for d in problem.diagnostics]) from None
 
+    def allowed_starts(self, world: GridWorld) -> np.ndarray:
+        """The states that fulfil the `start`. Raises StoryError where there is none."""
+        allowed = world.starts(self.typed.start)
+        if not len(allowed):
+            whole = whole_file(self.typed.source.name)
+            raise error("start", "no state of the world fulfils the `start` condition", whole)
+        return allowed
+
     def events(self, world: GridWorld) -> tuple[int, ...]:
         """The allowed events, as numbers of `world.moves.events`."""
         entities = world.spec.entities
@@ -143,10 +151,7 @@ class Story:
         if isinstance(world, HillWorld):
             return self._on_a_hill(world, seed, naive, watch)
         assert isinstance(world, GridWorld)
-        allowed = world.starts(self.typed.start)
-        if not len(allowed):
-            whole = whole_file(self.typed.source.name)
-            raise error("start", "no state of the world fulfils the `start` condition", whole)
+        allowed = self.allowed_starts(world)
         if naive or self.typed.search.method == "naive":
             found = [self._naive(world, allowed, seed, watch)]
             finished = True

@@ -81,34 +81,34 @@ def compile_programs(
     from i2pdsl.pipeline import Story
     from i2pdsl.progress import Bars
     from i2pdsl.search.prepare import prepare
-    from i2pdsl.search.programs import Compiling
 
     shapes: dict[str, dict[str, Any]] = {}
     problems: list[Diagnostic] = []
-    compiling = Compiling()
+    traced: list[str] = []
     done = 0
     with Bars() as bars:
         try:
             for (path, typed), record in zip(stories, records, strict=True):
                 bars.compiling(done, len(stories))
                 try:
-                    shape = prepare(Story(typed, path.parent), compiling, bars.watch)
+                    program = prepare(Story(typed, path.parent), bars.watch)
                 except StoryError as problem:
                     problems.extend(problem.diagnostics)
                     continue
-                if shape is not None:
-                    new = {"shape": shape, "world": record["world"], "stories": []}
-                    shapes.setdefault(shape, new)["stories"].append(record["file"])
+                if program is not None:
+                    new = {"shape": program.shape, "world": record["world"], "stories": []}
+                    shapes.setdefault(program.shape, new)["stories"].append(record["file"])
+                    traced += [program.shape] if program.is_new else []
                 done += 1
         except KeyboardInterrupt:
             bars.say(
-                f"interrupted: no library is written; {counted(len(compiling.known), 'shape')} "
+                f"interrupted: no library is written; {counted(len(shapes), 'shape')} "
                 "of search are in the cache already"
             )
             raise
     if problems:
         raise StoryError(problems)
-    return sorted(shapes.values(), key=lambda s: s["stories"]), compiling.traced
+    return sorted(shapes.values(), key=lambda s: s["stories"]), traced
 
 
 def counted(count: int, one: str, many: str | None = None) -> str:

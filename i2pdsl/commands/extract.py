@@ -30,7 +30,7 @@ def extract(
     """Turn a story into a pattern: named parts of its objective become parameters."""
     from i2pdsl.language.statements import read_source
     from i2pdsl.library.extract import extract as extract_pattern
-    from i2pdsl.library.extract import read_part
+    from i2pdsl.library.parts import read_part
     from i2pdsl.resources import write_text
 
     path = Path(target)

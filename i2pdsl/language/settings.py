@@ -38,6 +38,7 @@ SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
         _whole("seeds", _PLAN.seeds, "scripts improved side by side", 1, 1000),
         _whole("window", _PLAN.window, "frames improved at a time", 1, LONGEST_STORY),
         _between("overlap", _PLAN.overlap, "share that the next window improves again", 0, 0.95),
+        _whole("lookahead", _PLAN.lookahead, "frames after it that count too", 0, LONGEST_STORY),
         _whole("steps", _PLAN.steps, "steps of the optimiser in a window", 1, 100_000),
         _between("rate", _PLAN.rate, "step size of `adam`", 1e-6, 100.0),
         _between("bound", _PLAN.bound, "the largest change of an actuation", 1e-3, 100.0),

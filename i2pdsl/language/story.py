@@ -29,6 +29,7 @@ class SearchPlan:
         seeds: scripts that a descent improves side by side; the best is the result.
         window: frames that it improves at a time, before it goes on from where they end.
         overlap: share of a window that the next one improves again, from where it will stand.
+        lookahead: frames after a window, without changes, that count when it is improved.
         steps, rate: of each window's optimisation.
         bound: the largest change of an actuation; infinite where there is none.
         damping: how much of a state's gradient each frame lets through.
@@ -42,8 +43,9 @@ class SearchPlan:
     seeds: int = 8
     window: int = 100
     overlap: float = 0.5
+    lookahead: int = 100
     steps: int = 15
-    rate: float = 0.05
+    rate: float = 0.1
     bound: float = math.inf
     damping: float = 1.0
     optimiser: str = "adam"

@@ -6,6 +6,7 @@ between blocks the search can be interrupted, and keeps what it has.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -18,7 +19,7 @@ import numpy as np
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.search.programs import compiled_program
+from i2pdsl.search.programs import Program, compiled_program
 from i2pdsl.search.rollout import Node, advance, children, root, scores
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import World
@@ -76,21 +77,15 @@ def beam_search(
 
     Raises KeyboardInterrupt if it is interrupted before anything was found.
     """
-    import time
-
-    block = min(len(starts), block_size(world, objective, length, width, events))
-    tables = single_precision(world)
-    began = time.perf_counter()
-    params = prepared(world, objective, tables)
-    run = _compiled(world, objective, length, width, events, block, tables, params, say)
-    compile_seconds = time.perf_counter() - began
+    ready = prepare_beam(world, objective, length, len(starts), width, events, say)
+    block, run = ready.block, ready.program.run
     found: list[tuple[np.ndarray, np.ndarray]] = []
     done = 0
     try:
         while done < len(starts):
             chunk = starts[done : done + block]
             padded = np.resize(chunk, block).astype(np.int32)
-            best, actions = jax.device_get(run(tables, params, padded))
+            best, actions = jax.device_get(run(ready.tables, ready.params, padded))
             found.append((best[: len(chunk)], actions[: len(chunk)]))
             done += len(chunk)
             if report is not None:
@@ -102,8 +97,45 @@ def beam_search(
     actions = np.concatenate([a for _, a in found])
     order = np.argsort(-best, kind="stable")
     return Found(
-        starts[:done][order], actions[order], best[order], done == len(starts), compile_seconds
+        starts[:done][order], actions[order], best[order], done == len(starts), ready.seconds
     )
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A beam search that is ready to run: `program` of the tables, parameters and `block` starts.
+
+    `seconds` is the time spent on tracing and compiling.
+    """
+
+    program: Program
+    tables: Any
+    params: Params
+    block: int
+    seconds: float
+
+
+def prepare_beam(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    count: int,
+    width: int,
+    events: tuple[int, ...],
+    say: Callable[[str], None] | None = None,
+) -> Beam:
+    """Compiles a beam search from `count` starts, or finds it in the cache."""
+    block = min(count, block_size(world, objective, length, width, events))
+    tables = single_precision(world)
+    began = time.perf_counter()
+    params = prepared(world, objective, tables)
+    # The cells of appended turns are numbers inside the program.
+    cells = tuple(world.cell_number) if objective.has_suffix else ()
+    key = ("beam", objective.shape, world.moves, cells, length, width, events)
+    search = partial(_search_block, world, objective, length, width, events)
+    arguments = (tables, params, np.zeros(block, np.int32))
+    program = compiled_program(key, search, arguments, (0, 0), say)
+    return Beam(program, tables, params, block, time.perf_counter() - began)
 
 
 def block_size(
@@ -138,37 +170,6 @@ def prepared(world: World, objective: Objective, tables: Any) -> Params:
     if not objective.has_suffix:
         return params
     return jax.jit(objective.prepare)(tables, params)
-
-
-_programs: dict[tuple[Any, ...], Any] = {}
-
-
-def _compiled(
-    world: GridWorld,
-    objective: Objective,
-    length: int,
-    width: int,
-    events: tuple[int, ...],
-    block: int,
-    tables: Any,
-    params: Params,
-    say: Callable[[str], None] | None,
-) -> Callable[[Any, Params, np.ndarray], tuple[Array, Array]]:
-    """The compiled search for a block: one for each shape of story and world."""
-    leaves, structure = jax.tree.flatten((tables, params, np.zeros(block, np.int32)))
-    shapes = tuple((a.shape, str(a.dtype)) for a in leaves)
-    cells = tuple(world.cell_number) if objective.has_suffix else ()
-    key = (objective.shape, world.moves, cells, length, width, events, block, shapes)
-    if key not in _programs:
-
-        def search(*flat: Array) -> tuple[Array, Array]:
-            return _search_block(
-                world, objective, length, width, events, *jax.tree.unflatten(structure, flat)
-            )
-
-        _programs[key] = compiled_program(repr(key), search, leaves, say)
-    program = _programs[key]
-    return lambda *arguments: program(*jax.tree.leaves(arguments))
 
 
 def _search_block(

@@ -3,6 +3,10 @@
 The gradient of a long rollout grows without bound, so a script is improved window by window: each
 is optimised for the objective of the prefix that it completes, and the next goes on from where it
 ends, with its state, belief and fold. Several seeds are improved side by side.
+
+A fall takes about as long as a window. So that no window is improved into a fall which the next
+can no longer prevent, its prefix reaches further than its changes do: for some frames more the
+controller acts alone (`lookahead`), and these frames count too.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import jax
@@ -19,12 +24,14 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language.story import SearchPlan
+from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.search.beam import prepared, single_precision
 from i2pdsl.search.minimise import minimise
-from i2pdsl.search.programs import compiled_program
-from i2pdsl.search.rollout import Node, follow, root
+from i2pdsl.search.programs import Program, compiled_program
+from i2pdsl.search.record import Trajectory
+from i2pdsl.search.rollout import Node, follow, resume, root
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.hill.world import HillWorld
 
@@ -34,6 +41,15 @@ Array = Any
 # compute is computed again on the way back, which takes a third longer.
 REMEMBERED_FRAMES = 20_000
 MOST_FRAMES = 500_000
+
+
+@dataclass(frozen=True)
+class _Window:
+    """How many frames a window has, how many of them stay, and how many follow that count too."""
+
+    length: int
+    stride: int
+    lookahead: int
 
 
 @dataclass(frozen=True)
@@ -61,6 +77,8 @@ def descend(
     seed: int,
     report: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] | None = None,
+    so_far: Trajectory | None = None,
+    frames: int | None = None,
 ) -> Descended:
     """Searches from the controller's own motion and `plan.noise`. Ctrl-C ends it early with what
     was found: the rest of the script is then the controller's own motion.
@@ -68,37 +86,32 @@ def descend(
     Args:
         report: called with (windows done, all windows).
         say: is told of damaged caches, and of gradients that were not finite.
+        so_far: a script to go on from, instead of the first state; it is part of what is returned.
+        frames: how many to add to it; without it, all that are missing.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where the
     plan needs too much memory.
     """
-    window = min(plan.window, length)
-    at_once = plan.seeds * window * len(world.tables.sigma)
-    if at_once > MOST_FRAMES:
-        message = f"{plan.seeds} seeds of {window} frames are too many to improve at once"
-        raise error("search", message, whole_file("search"), "take fewer seeds or a shorter window")
-    stride = max(1, round(window * (1 - plan.overlap)))
-    windows = max(0, math.ceil((length - window) / stride)) + 1
-    tables = single_precision(world)
-    knobs = jnp.asarray([plan.rate, plan.damping], jnp.float32)
-    began = time.perf_counter()
-    params = prepared(world, objective, tables)
-    nodes = _roots(world, objective, tables, params, plan.seeds)
+    ready = prepare_descent(world, objective, length, plan, say, so_far)
+    window, stride = ready.window.length, ready.window.stride
+    done = 0 if so_far is None else len(so_far.actions)
+    end = length if frames is None else min(length, done + frames)
+    windows = max(0, math.ceil((end - done - window) / stride)) + 1
     noise = np.random.default_rng(seed).normal(size=(plan.seeds, length + window, MUSCLE_COUNT))
     changes = (plan.noise * noise).astype(np.float32)
-    guess = changes[:, :window]
-    arguments = (tables, params, knobs, nodes, guess)
-    improve = _compiled(world, objective, length, window, stride, plan, arguments, say)
-    compile_seconds = time.perf_counter() - began
-    actions = np.zeros((plan.seeds, 0, MUSCLE_COUNT), np.float32)
-    states = np.asarray(nodes.state)[:, None]
+    nodes, guess = ready.nodes, changes[:, :window]
+    fixed = (ready.tables, ready.params, ready.knobs)
+    start = so_far or Trajectory(np.zeros((0, MUSCLE_COUNT)), world.starts(None))
+    actions = np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)
+    states = np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)
     spoilt, finished = 0, True
     try:
         for number in range(windows):
             # All of it comes back at once, so an interrupt loses a window, never half of one.
-            nodes, better, more, bad = jax.device_get(improve(tables, params, knobs, nodes, guess))
+            improved = ready.program.run(*fixed, nodes, guess)
+            nodes, better, more, bad = jax.device_get(improved)
             first = number * stride
-            kept = min(length - first, window) if number == windows - 1 else stride
+            kept = min(end - done - first, window) if number == windows - 1 else stride
             longer = np.concatenate([actions, better[:, :kept]], axis=1)
             actions, states = longer, np.concatenate([states, more[:, :kept]], axis=1)
             fresh = changes[:, first + window : first + window + stride]
@@ -107,14 +120,74 @@ def descend(
             if report is not None:
                 report(number + 1, windows)
     except KeyboardInterrupt:
-        if actions.shape[1] == 0:
+        if actions.shape[1] == done:
             raise
         finished = False
-        ahead = guess[:, : min(window - stride, length - actions.shape[1])]
-        actions, states = _coast(world, length, actions, states, ahead)
+        ahead = guess[:, : min(window - stride, end - actions.shape[1])]
+        actions, states = _coast(world, end, actions, states, ahead)
     if spoilt and say is not None:
         say(f"{spoilt} gradients were not finite; those steps were left out")
-    return Descended(actions, states, finished, compile_seconds)
+    return Descended(actions, states, finished, ready.seconds)
+
+
+@dataclass(frozen=True)
+class Descent:
+    """A descent that is ready to run: `program` of the tables, parameters, knobs, nodes (where all
+    seeds are) and the changes that a window begins with.
+
+    `seconds` is the time spent on tracing and compiling.
+    """
+
+    program: Program
+    tables: Any
+    params: Params
+    knobs: Array
+    nodes: Node
+    window: _Window
+    seconds: float
+
+
+def prepare_descent(
+    world: HillWorld,
+    objective: Objective,
+    length: int,
+    plan: SearchPlan,
+    say: Callable[[str], None] | None = None,
+    so_far: Trajectory | None = None,
+) -> Descent:
+    """Compiles the improvement of one window, or finds it in the cache.
+
+    Raises StoryError where the plan needs too much memory.
+    """
+    window = min(plan.window, length)
+    lookahead = min(plan.lookahead, length - window)
+    stride = max(1, round(window * (1 - plan.overlap)))
+    shape = _Window(window, stride, lookahead)
+    seen = window + lookahead
+    if plan.seeds * seen * len(world.tables.sigma) > MOST_FRAMES:
+        message = f"{plan.seeds} seeds of {seen} frames are too many to improve at once"
+        hint = "take fewer seeds, or a shorter window or lookahead"
+        raise error("search", message, whole_file("search"), hint)
+    tables = single_precision(world)
+    knobs = jnp.asarray([plan.rate, plan.damping], jnp.float32)
+    began = time.perf_counter()
+    params = prepared(world, objective, tables)
+    nodes = _roots(world, objective, length, tables, params, so_far, plan.seeds)
+    bound = None if math.isinf(plan.bound) else plan.bound
+    how = (plan.optimiser, plan.steps, bound)
+
+    def improve(*given: Any) -> Any:
+        tables, params, knobs, nodes, guess = given
+        one = partial(
+            _improve, world, objective, length, shape, how, plan.seeds, tables, params, knobs
+        )
+        return jax.vmap(one)(nodes, guess)
+
+    key = ("descent", objective.shape, length, shape, plan.steps, plan.optimiser, bound)
+    guess = np.zeros((plan.seeds, window, MUSCLE_COUNT), np.float32)
+    arguments = (tables, params, knobs, nodes, guess)
+    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say)
+    return Descent(program, tables, params, knobs, nodes, shape, time.perf_counter() - began)
 
 
 def _coast(
@@ -130,64 +203,29 @@ def _coast(
     return np.concatenate([actions, rest], axis=1), np.concatenate(found, axis=1)
 
 
-def _roots(world: HillWorld, objective: Objective, tables: Any, params: Any, count: int) -> Node:
-    """The empty scripts of all seeds."""
-    start = jnp.asarray(np.repeat(world.starts(None), count, axis=0), jnp.float32)
-    return jax.jit(jax.vmap(lambda state: root(world, objective, tables, params, state)))(start)
-
-
-_programs: dict[tuple[Any, ...], Any] = {}
-
-
-def _compiled(
+def _roots(
     world: HillWorld,
     objective: Objective,
     length: int,
-    window: int,
-    stride: int,
-    plan: SearchPlan,
-    arguments: tuple[Any, ...],
-    say: Callable[[str], None] | None,
-) -> Callable[..., Any]:
-    """The compiled improvement of one window: one for each shape of story, world and plan."""
-    leaves, structure = jax.tree.flatten(arguments)
-    shapes = tuple((a.shape, str(a.dtype)) for a in leaves)
-    bound = None if math.isinf(plan.bound) else plan.bound
-    key = (objective.shape, length, window, stride, plan.steps, plan.optimiser, bound, shapes)
-    if key not in _programs:
-
-        def improve(*flat: Array) -> list[Array]:
-            tables, params, knobs, nodes, guess = jax.tree.unflatten(structure, flat)
-
-            def one(node: Node, changes: Array) -> Any:
-                steps = (plan.optimiser, plan.steps, bound)
-                return _improve(
-                    world,
-                    objective,
-                    length,
-                    stride,
-                    steps,
-                    plan.seeds,
-                    tables,
-                    params,
-                    knobs,
-                    node,
-                    changes,
-                )
-
-            return jax.tree.leaves(jax.vmap(one)(nodes, guess))
-
-        _programs[key] = compiled_program(f"descent {key!r}", improve, leaves, say)
-    program = _programs[key]
-    result = jax.tree.structure((arguments[3], 0, 0, 0))
-    return lambda *given: jax.tree.unflatten(result, program(*jax.tree.leaves(given)))
+    tables: Any,
+    params: Any,
+    so_far: Trajectory | None,
+    count: int,
+) -> Node:
+    """Where all seeds begin: the empty script, or the one that is there already."""
+    if so_far is None:
+        start = jnp.asarray(world.starts(None)[0], jnp.float32)
+        node = jax.jit(lambda state: root(world, objective, tables, params, state))(start)
+    else:
+        node = resume(world, objective, length, tables, params, so_far)
+    return jax.tree.map(lambda part: jnp.repeat(jnp.asarray(part)[None], count, axis=0), node)
 
 
 def _improve(
     world: HillWorld,
     objective: Objective,
     length: int,
-    stride: int,
+    window: _Window,
     how: tuple[str, int, float | None],
     seeds: int,
     tables: Any,
@@ -202,8 +240,8 @@ def _improve(
         node: where the window begins.
         changes: [W, 6], what its optimisation begins with.
 
-    Returns: the node after `stride` frames, the changes, the states after each frame [W, 76], and
-        the number of gradients that were not finite.
+    Returns: the node after the frames that stay, the changes, the states after each frame [W, 76],
+        and the number of gradients that were not finite.
     """
     rate, damping = knobs
     optimiser, steps, bound = how
@@ -213,21 +251,24 @@ def _improve(
         damped = damping * node.state + jax.lax.stop_gradient((1 - damping) * node.state)
         seen = node._replace(state=damped)
         after, now = follow(world, objective, tables, params, seen, change)
-        # The last window can reach beyond the story's end.
+        # The last windows can reach beyond the story's end.
         live = node.number < length
         after, now = jax.tree.map(lambda a, b: jnp.where(live, a, b), (after, now), carry)
         return (after, now), after.state
 
-    if changes.shape[0] * seeds > REMEMBERED_FRAMES:
+    if (window.length + window.lookahead) * seeds > REMEMBERED_FRAMES:
         frame = jax.checkpoint(frame)
     shapes = jax.eval_shape(lambda: follow(world, objective, tables, params, node, changes[0]))
     nothing = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes[1])
 
+    alone = jnp.zeros((window.lookahead, MUSCLE_COUNT), changes.dtype)
+
     def loss(changes: Array) -> Array:
-        (end, last), _ = jax.lax.scan(frame, (node, nothing), changes)
+        both = jnp.concatenate([changes, alone])
+        (end, last), _ = jax.lax.scan(frame, (node, nothing), both)
         return -objective.score(tables, params, end.carry, last)
 
     best, spoilt = minimise(loss, changes, optimiser, steps, rate, bound)
-    middle, first = jax.lax.scan(frame, (node, nothing), best[:stride])
-    _, rest = jax.lax.scan(frame, middle, best[stride:])
+    middle, first = jax.lax.scan(frame, (node, nothing), best[: window.stride])
+    _, rest = jax.lax.scan(frame, middle, best[window.stride :])
     return middle[0], best, jnp.concatenate([first, rest]), spoilt

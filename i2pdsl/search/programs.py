@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -28,65 +27,73 @@ _SOURCES = ("audience", "objective", "planning", "search", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
 
 
-class ReadyError(Exception):
-    """Inside `compiling_only`: a program is compiled, and would now be run."""
-
-
-@dataclass
-class Compiling:
-    """What was compiled inside `compiling_only`.
+@dataclass(frozen=True)
+class Program:
+    """A compiled program.
 
     Attributes:
-        shape: names the program that was compiled last, whatever the versions and the machine.
-        traced: the shapes of those that the cache did not have.
-        known: of all programs.
+        run: of the arguments that it was compiled for, or others of their shapes.
+        shape: its name, whatever the versions and the machine.
+        is_new: whether the cache did not have it.
     """
 
-    shape: str = ""
-    traced: list[str] = field(default_factory=list)
-    known: set[str] = field(default_factory=set)
+    run: Callable[..., Any]
+    shape: str
+    is_new: bool
 
 
-_compiling: Compiling | None = None
-
-
-@contextmanager
-def compiling_only(compiling: Compiling) -> Iterator[None]:
-    """Inside, `compiled_program` compiles (each program once) and raises ReadyError."""
-    global _compiling
-    before, _compiling = _compiling, compiling
-    try:
-        yield
-    finally:
-        _compiling = before
+_memory: dict[str, Program] = {}
 
 
 def compiled_program(
-    description: str,
+    key: tuple[Any, ...],
     function: Callable[..., Any],
-    arguments: Sequence[Array],
+    arguments: tuple[Any, ...],
+    result: Any,
     say: Callable[[str], None] | None = None,
-) -> Callable[..., Any]:
-    """`function` compiled for arrays like `arguments`, from the cache if it was compiled before.
+) -> Program:
+    """`function` compiled for arrays like those of `arguments`; from memory or from the cache if it
+    was compiled before.
 
     Args:
-        description: names everything that the program depends on besides the arrays' shapes.
-        function: of flat arrays; traced only where the cache does not have it.
+        key: everything that the program depends on besides the arrays' shapes.
+        function: of trees of arrays; traced only where the cache does not have it.
+        result: a tree like the one that the function returns.
         say: is told of damaged entries, which are made again.
     """
-    say = say or (lambda message: None)
+    leaves, structure = jax.tree.flatten(arguments)
+    shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in leaves]
+    description = repr((key, [(s.shape, str(s.dtype)) for s in shapes]))
+    if description in _memory:
+        return replace(_memory[description], is_new=False)
+
+    def flat(*arrays: Array) -> list[Array]:
+        return jax.tree.leaves(function(*jax.tree.unflatten(structure, arrays)))
+
+    compiled, is_new = _compiled(description, flat, shapes, say or (lambda message: None))
+    ending = jax.tree.structure(result)
+
+    def run(*given: Any) -> Any:
+        return jax.tree.unflatten(ending, compiled(*jax.tree.leaves(given)))
+
+    shape = hashlib.sha256(description.encode()).hexdigest()[:16]
+    _memory[description] = Program(run, shape, is_new)
+    return _memory[description]
+
+
+def _compiled(
+    description: str,
+    function: Callable[..., list[Array]],
+    shapes: list[jax.ShapeDtypeStruct],
+    say: Callable[[str], None],
+) -> tuple[Callable[..., Any], bool]:
+    """A function of flat arrays, compiled, and whether it had to be traced."""
     _enable_compilation_cache()
-    shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in arguments]
     digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
     path = _program_path(digest)
-    if _compiling is not None:
-        _compiling.shape = hashlib.sha256(description.encode()).hexdigest()[:16]
-        if digest in _compiling.known:
-            raise ReadyError
     exported = _load(path, say)
+    is_new = exported is None
     if exported is None:
-        if _compiling is not None:
-            _compiling.traced.append(_compiling.shape)
         exported = jax.export.export(jax.jit(function))(*shapes)
         _store(path, exported, say)
     with warnings.catch_warnings(record=True) as caught:
@@ -98,10 +105,7 @@ def compiled_program(
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         for entry in Path(folder).glob("*-cache"):
             entry.unlink(missing_ok=True)
-    if _compiling is not None:
-        _compiling.known.add(digest)
-        raise ReadyError
-    return compiled
+    return compiled, is_new
 
 
 @cache

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from i2pdsl.audience.filter import update
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import World
 
@@ -119,3 +122,67 @@ def follow(
     frame = observe(world, tables, node.number + 1, node.state, action, node.belief)
     carry = objective.step(tables, params, node.carry, frame)
     return Node(frame.number, frame.state, frame.belief, carry, node.score), frame
+
+
+def retraced(
+    world: World,
+    objective: Objective,
+    tables: Any,
+    params: Any,
+    actions: Array,
+    states: Array,
+    number: Array,
+) -> Node:
+    """The node that a script leads to after its first `number` frames.
+
+    Args:
+        actions, states: [T, ...] and [T + 1, ...], of which only the first count. The states are
+            followed as they are: rollouts of bodies are chaotic.
+    """
+
+    def frame(node: Node, step: tuple[Array, Array, Array]) -> tuple[Node, None]:
+        t, action, state = step
+        after = advance(
+            world, objective, tables, params, node._replace(state=state), action, node.score
+        )
+        return jax.tree.map(lambda a, b: jnp.where(t < number, a, b), after, node), None
+
+    node = root(world, objective, tables, params, states[0])
+    times = jnp.arange(actions.shape[0])
+    node, _ = jax.lax.scan(frame, node, (times, actions, states[:-1]))
+    return node._replace(state=states[number])
+
+
+def prefix_scores(
+    world: World, objective: Objective, length: int, tables: Any, params: Any, paths: Trajectory
+) -> np.ndarray:
+    """What scripts side by side are worth as prefixes of a story of `length` frames, [S].
+
+    Args:
+        paths: actions [S, n, ...] and states [S, n + 1, ...], n at least 1.
+    """
+    last = paths.actions.shape[1] - 1
+
+    def score(actions: Array, states: Array) -> Array:
+        node = retraced(world, objective, tables, params, actions, states, last)
+        end, frame = follow(world, objective, tables, params, node, actions[last])
+        return objective.score(tables, params, end.carry, frame)
+
+    actions, states = _padded(length, paths)
+    return np.asarray(jax.jit(jax.vmap(score))(actions, states), dtype=float)
+
+
+def resume(
+    world: World, objective: Objective, length: int, tables: Any, params: Any, path: Trajectory
+) -> Node:
+    """The node that a script leads to, of a story of `length` frames, in single precision."""
+    actions, states = _padded(length, Trajectory(path.actions[None], path.states[None]))
+    run = jax.jit(partial(retraced, world, objective))
+    return run(tables, params, actions[0], states[0], np.int32(len(path.actions)))
+
+
+def _padded(length: int, paths: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Actions and states of scripts side by side, up to `length` frames."""
+    missing = length - paths.actions.shape[1]
+    pad = lambda a: np.pad(a, ((0, 0), (0, missing), (0, 0))).astype(np.float32)
+    return pad(paths.actions), pad(paths.states)

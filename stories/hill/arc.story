@@ -5,10 +5,7 @@ world hill(weight = 0.5)
 length 800
 
 maximize arc(hopper)
-minimize sum_t 100 * [fallen(hopper) @ script[t]]
-
-# A few steps in each window: with more it lies down where its fortune shall be low.
-search descend(steps = 14)
+minimize sum_t 1000 * [fallen(hopper) @ script[t]]
 
 let tide = sin(t/T * 3*pi)
 let fortune = E[V(hopper) | script[:t]]

@@ -7,7 +7,7 @@ let t_s = 300
 let t_f = 450
 
 maximize sum_t (if t_s <= t <= t_f then -1 else 1) * E[V(hopper) | script[:t], weight = 0.5]
-minimize sum_t 5000 * [fallen(hopper) @ script[t]]
+minimize sum_t 50000 * [fallen(hopper) @ script[t]]
 
 let fortune = E[V(hopper) | script[:t], weight = 0.5]
 let before = sum_{t in 41..t_s - 1} fortune / (t_s - 41)

@@ -11,9 +11,9 @@ import pytest
 from commands_for_tests import Run
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import load, story_from
-from i2pdsl.search import beam, programs
+from i2pdsl.search import programs
 from i2pdsl.search.prepare import prepare
-from i2pdsl.search.programs import Compiling
+from i2pdsl.worlds.ready import Watch
 
 PATTERNS = """\
 pattern lean(event, weight = 1) = sum_t weight * P(event | script[:t])
@@ -41,7 +41,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             f"maximize {call}\nsearch beam(starts = 1, width = 3)\n",
             encoding="utf-8",
         )
-    monkeypatch.setattr(beam, "_programs", {})
+    monkeypatch.setattr(programs, "_memory", {})
     return place
 
 
@@ -68,8 +68,8 @@ def test_each_shape_is_traced_once(
     said = json.loads(done.out)
     assert len(traced) == said["traced"] == len(said["shapes"]) == 2
     assert sorted(len(shape["stories"]) for shape in said["shapes"]) == [10, 10]
-    # Making all stories traces nothing: in this process nothing is in memory yet.
-    assert not beam._programs
+    # Making all stories traces nothing, nor does another process, whose memory is empty.
+    programs._memory.clear()
     for path in sorted(folder.glob("s*.story")):
         load(path).solve()
     assert len(traced) == 2
@@ -78,7 +78,7 @@ def test_each_shape_is_traced_once(
         "world fork\nlength 4\nstart at(robot, (4, 4))\nimport moves\n"
         "minimize lean(G_robot = right)\nsearch beam(starts = 1, width = 3)\n"
     )
-    monkeypatch.setattr(beam, "_programs", {})
+    monkeypatch.setattr(programs, "_memory", {})
     result = story_from(Source("later.story", text), tmp_path).solve()
     assert len(traced) == 2
     beliefs = result.script.query("P(G_robot = left | script[:T])")
@@ -91,17 +91,15 @@ def test_each_shape_is_traced_once(
 
 def test_preparing_runs_nothing_and_changes_nothing(folder: Path) -> None:
     story = load(folder / "s00.story")
-    compiling = Compiling()
     seen: list[tuple[int, int]] = []
-    from i2pdsl.worlds.ready import Watch
-
-    shape = prepare(story, compiling, Watch(searching=lambda *done: seen.append(done)))
-    assert (shape, seen) == (compiling.shape, [])
-    assert compiling.traced == [shape]
+    first = prepare(story, Watch(searching=lambda *done: seen.append(done)))
+    assert first is not None
+    assert (first.is_new, seen) == (True, [])
     before = story.solve()
-    assert prepare(story, compiling) == shape
-    assert compiling.traced == [shape], "what is in memory is known by its shape too"
-    assert len(beam._programs) == 1
+    again = prepare(story)
+    assert again is not None
+    assert (again.shape, again.is_new) == (first.shape, False)
+    assert len(programs._memory) == 1
     np.testing.assert_array_equal(
         story.solve().script.trajectory.actions, before.script.trajectory.actions
     )
@@ -109,9 +107,7 @@ def test_preparing_runs_nothing_and_changes_nothing(folder: Path) -> None:
 
 def test_a_naive_story_has_no_program(tmp_path: Path) -> None:
     text = "world fork\nlength 3\nsearch naive\n"
-    compiling = Compiling()
-    assert prepare(story_from(Source("n.story", text), tmp_path), compiling) is None
-    assert not compiling.known
+    assert prepare(story_from(Source("n.story", text), tmp_path)) is None
 
 
 def test_an_interrupted_compile_leaves_nothing(

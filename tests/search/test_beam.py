@@ -11,7 +11,7 @@ import reference
 from i2pdsl.audience.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import trajectory
-from i2pdsl.search import beam
+from i2pdsl.search import beam, programs
 from i2pdsl.search.beam import Found, beam_search, draw_starts
 from worlds_for_tests import Pair, planned, small_kitchen
 
@@ -195,13 +195,13 @@ def test_scripts_of_a_search_are_valid_and_use_only_allowed_events(pair: Pair) -
 
 
 def test_one_program_serves_stories_of_one_shape(pair: Pair) -> None:
-    beam._programs.clear()
+    programs._memory.clear()
     starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
     for event in ("rho > 0", "rho < 0", "G_cheese = pink"):
         search(pair, f"world w\nlength 4\nmaximize 2 * depict({event})", starts)
-    assert len(beam._programs) == 1
+    assert len(programs._memory) == 1
     search(pair, "world w\nlength 5\nmaximize 2 * depict(rho > 0)", starts)
-    assert len(beam._programs) == 2
+    assert len(programs._memory) == 2
 
 
 def test_random_scripts_never_beat_the_search(pair: Pair) -> None:

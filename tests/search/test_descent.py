@@ -16,9 +16,10 @@ from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
-from i2pdsl.search import descent
+from i2pdsl.search import descent, programs
 from i2pdsl.search.beam import prepared, single_precision
 from i2pdsl.search.minimise import minimise
+from i2pdsl.search.programs import Program
 from i2pdsl.search.rollout import follow, root
 from i2pdsl.worlds.ready import Watch
 
@@ -116,11 +117,12 @@ def test_the_same_seed_gives_the_same_script_and_others_others() -> None:
     assert np.abs(first.trajectory.states - other.trajectory.states).max() > 1e-3
 
 
-@pytest.mark.parametrize("overlap", [0, 0.5])
+@pytest.mark.parametrize(("overlap", "lookahead"), [(0, 0), (0.5, 0), (0.5, 10), (0, 100)])
 @pytest.mark.parametrize("length", [1, 20, 33])
-def test_windows_need_not_fit_the_story(length: int, overlap: float) -> None:
+def test_windows_need_not_fit_the_story(length: int, overlap: float, lookahead: int) -> None:
     """Each stored state follows from the one before it and the residual, at every seam."""
-    line = f"search descend(seeds = 2, window = 20, steps = 2, overlap = {overlap})"
+    line = f"""search descend(
+        seeds = 2, window = 20, steps = 2, overlap = {overlap}, lookahead = {lookahead})"""
     script = solved("depict(weight = 0.5)", length, line).script
     path = script.trajectory
     assert path.actions.shape == (length, 6)
@@ -157,13 +159,36 @@ def test_damped_gradients_descend_too(damping: float) -> None:
 def test_not_fallen_keeps_a_hopper_up() -> None:
     """Asked to lose its value as fast as it can, it lies down; not if that is forbidden."""
     low = "minimize sum_t E[V(hopper) | script[:t]]"
-    how = "search descend(seeds = 4, window = 60, overlap = 0.5, steps = 30, rate = 0.2)"
+    how = "search descend(seeds = 4, window = 60, lookahead = 0, steps = 30, rate = 0.2)"
     text = f"world hill(weight = 0.5)\nlength 120\n{low}\n{how}\n"
     fell = "sum_t [fallen(hopper) @ script[t]]"
-    free = story_from(Source("free.story", text)).solve(0).script
+    free = story_from(Source("free.story", text)).solve(0).candidates
     kept = story_from(Source("kept.story", f"{text}minimize 20000 * {fell}\n")).solve(0).script
-    assert free.query(fell) > 0
+    # Rollouts are chaotic: another machine has other falls.
+    assert any(script.query(fell) > 0 for script in free)
     assert kept.query(fell) == 0
+
+
+@pytest.mark.parametrize(("lookahead", "felt"), [(5, False), (6, True)])
+def test_a_window_feels_as_far_as_it_looks_ahead(lookahead: int, felt: bool) -> None:
+    """Only frames 16 to 20 count: who does not see them has nothing to do in frames 1 to 10."""
+    how = f"search descend(seeds = 1, window = 10, overlap = 0, steps = 3, lookahead = {lookahead})"
+    aims = [f"({k} - 2) * sum_{{t in 16..20}} [progress(box) @ script[t]]" for k in (1, 3)]
+    forth, back = (solved(aim, 20, how).script.trajectory.actions for aim in aims)
+    assert np.abs(forth[10:] - back[10:]).max() > 0.01
+    assert (np.abs(forth[:10] - back[:10]).max() > 0.01) == felt
+
+
+def test_looking_ahead_prevents_falls_that_are_beyond_the_window() -> None:
+    """A hopper falls for longer than a window lasts; its value is least just before."""
+    low = "-(sum_t (E[V(hopper) | script[:t]] + 20000 * [fallen(hopper) @ script[t]]))"
+    how = "search descend(seeds = 6, window = 60, overlap = 0, steps = 30, rate = 0.2{})"
+
+    def fallen(more: str) -> int:
+        found = solved(low, 180, how.format(more), weight=0.5).candidates
+        return sum(float(c.query("max_t [fallen(hopper) @ script[t]]")) > 0 for c in found)
+
+    assert fallen("") < fallen(", lookahead = 0")
 
 
 def test_an_average_of_observers_is_descended_on() -> None:
@@ -286,8 +311,9 @@ def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.Mon
     how = "search descend(seeds = 2, window = 10, steps = 3)"
     usual = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
     monkeypatch.setattr(descent, "REMEMBERED_FRAMES", 1)
-    monkeypatch.setattr(descent, "_programs", {})
-    monkeypatch.setattr(descent, "compiled_program", lambda _, f, *__: jax.jit(f))
+    monkeypatch.setattr(
+        descent, "compiled_program", lambda key, f, *_: Program(jax.jit(f), "again", True)
+    )
     again = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
     np.testing.assert_allclose(usual, again, atol=1e-3)
 
@@ -310,7 +336,7 @@ def test_tables_in_single_precision_are_the_same_world() -> None:
 
 
 def test_stories_of_one_shape_share_a_program(tmp_path: Path) -> None:
-    before = len(descent._programs)
+    before = len(programs._memory)
     for weight in ("0.1", "0.5"):
         solved(f"depict(weight = {weight})", 7, "search descend(seeds = 2, window = 7, steps = 2)")
-    assert len(descent._programs) == before + 1
+    assert len(programs._memory) == before + 1

@@ -1,0 +1,120 @@
+"""What could come next: the best continuations of a script that is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from i2pdsl.language.story import SearchPlan
+from i2pdsl.objective.compile import Params
+from i2pdsl.objective.fold import Objective
+from i2pdsl.search.beam import chooser, prepared, single_precision
+from i2pdsl.search.descent import descend
+from i2pdsl.search.programs import compiled_program
+from i2pdsl.search.record import Trajectory
+from i2pdsl.search.rollout import prefix_scores, retraced
+from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.hill.world import HillWorld
+
+Array = Any
+
+WIDTH = 32  # of the beam: so many continuations are compared
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """Frames that could follow: actions [k], and the objective of the script with them."""
+
+    actions: np.ndarray
+    score: float
+
+
+def continuations(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    path: Trajectory,
+    frames: int,
+    events: tuple[int, ...],
+    say: Callable[[str], None] | None = None,
+) -> list[Continuation]:
+    """The best `frames` that could follow a script, best first: one for each first turn.
+
+    Args:
+        objective: of a script of `length` frames, which is at least len(path.actions) + frames.
+        events: the allowed events, as numbers of `world.moves.events`.
+        say: is told of damaged caches.
+    """
+    tables = single_precision(world)
+    params = prepared(world, objective, tables)
+    done = len(path.actions)
+    actions = np.zeros(length, np.int32)
+    states = np.zeros(length + 1, np.int32)
+    actions[:done], states[: done + 1] = path.actions, path.states
+    given = (tables, params, actions, states, np.int32(done))
+    cells = tuple(world.cell_number) if objective.has_suffix else ()
+    key = ("onward", objective.shape, world.moves, cells, length, frames, events)
+    search = partial(_search, world, objective, frames, events)
+    program = compiled_program(key, search, given, (0, 0), say)
+    found, worth = (np.asarray(x) for x in program.run(*given))
+    best: dict[int, Continuation] = {}
+    for i in np.argsort(-worth, kind="stable"):
+        if np.isfinite(worth[i]):
+            best.setdefault(int(found[i, 0]), Continuation(found[i], float(worth[i])))
+    return list(best.values())
+
+
+def descents(
+    world: HillWorld,
+    objective: Objective,
+    length: int,
+    plan: SearchPlan,
+    path: Trajectory,
+    frames: int,
+    report: Callable[[int, int], None] | None = None,
+) -> list[tuple[Trajectory, float]]:
+    """A script of the hill with so many frames more, one way for each seed, best first.
+
+    Returns: each longer script, and what it is worth as a prefix of a story of `length` frames.
+    """
+    found = descend(world, objective, length, plan, 0, report, so_far=path, frames=frames)
+    tables = single_precision(world)
+    params = prepared(world, objective, tables)
+    paths = Trajectory(found.actions, found.states)
+    worth = prefix_scores(world, objective, length, tables, params, paths)
+    kept = [i for i in np.argsort(-worth) if np.isfinite(worth[i])]
+    exactly = lambda a: a.astype(float)
+    return [
+        (Trajectory(exactly(found.actions[i]), exactly(found.states[i])), float(worth[i]))
+        for i in kept
+    ]
+
+
+def _search(
+    world: GridWorld,
+    objective: Objective,
+    frames: int,
+    events: tuple[int, ...],
+    tables: Any,
+    params: Params,
+    actions: Array,
+    states: Array,
+    number: Array,
+) -> tuple[Array, Array]:
+    """The actions [W, frames] and scores [W] of a beam from where the script ends."""
+    node = retraced(world, objective, tables, params, actions, states, number)
+    # A script of no value so far (a logarithm of 0) may get one.
+    node = node._replace(score=jnp.zeros_like(node.score))
+    beam = jax.tree.map(lambda x: jnp.asarray(x)[None], node)
+    choose = chooser(world, objective, WIDTH, events, tables, params)
+    written = jnp.zeros((1, 0), jnp.int32)
+    for _ in range(frames):
+        beam, (parent, action) = choose(beam)
+        written = jnp.concatenate([written[parent], action[:, None]], axis=1)
+    return written, beam.score
