@@ -6,6 +6,7 @@ The word behind a fence tells what a block is:
     story, world            is right (`file=NAME` keeps it for the blocks below)
     story-fragment          is right once it has a world (the kitchen), a length and an objective
     story-error, world-error  is wrong; the block that follows is what is said about it
+    repl                    lines typed into `i2p repl`, behind `i2p>`, and the answers (or none)
     expr                    questions, one a line, about a script of the kitchen
     sh                      commands that there are; `sh run` runs them
     python no-run           is Python; `python run` runs it
@@ -29,7 +30,7 @@ import tempfile
 import tomllib
 import warnings
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,9 @@ from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import SEARCH_SETTINGS
 from i2pdsl.language.vocabulary import Setting
+from i2pdsl.repl.curves import Ink
+from i2pdsl.repl.session import Session as Lines
+from i2pdsl.repl.terminal import tell
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS, parse_world
 from i2pdsl.worlds.grid.spec import Settings
@@ -51,6 +55,7 @@ from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md") if p.is_file()]
 NAMES = [p.stem for p in DOCUMENTS]
+TYPED = "i2p> "
 FENCE = re.compile(r"^```(.*)$")
 REFERENCE = re.compile(r"`([\w/.-]+\.py):([\w.]+)`")
 NUMBER = re.compile(r" *(?<![\w.])-?\d+(?:\.\d*)?(?:e-?\d+)?(?![\w.])")
@@ -67,6 +72,10 @@ class Block:
     first: int
     last: int
     output: Block | None = None
+
+    @property
+    def holds_answers(self) -> bool:
+        return any(not line.startswith(TYPED) for line in self.text.splitlines())
 
     def option(self, name: str) -> str | None:
         found = (w.partition("=")[2] for w in self.words if w.startswith(f"{name}="))
@@ -88,6 +97,8 @@ def blocks(text: str) -> list[Block]:
         assert not fence[1], f"line {number + 1}: a block begins inside another one"
         opened.last = number
         opened.text = "".join(f"{x}\n" for x in lines[opened.first : number])
+        if opened.words[:1] == ["repl"] and opened.holds_answers:
+            opened.output = opened
         if opened.words[:1] == ["output"]:
             found[-1].output = opened
         else:
@@ -103,6 +114,7 @@ class Session:
     def __init__(self, folder: Path):
         self.folder = folder
         self.names: dict[str, object] = {"__name__": "docs"}
+        self.lines = Lines()
 
     def said(self, block: Block) -> str | None:
         """What a block prints; None where nothing is run."""
@@ -154,6 +166,19 @@ class Session:
         assert kitchen is not None
         for line in block.text.splitlines():
             check_query(Source("query", line), kitchen, Module(Source("query", "")), 15)
+
+    def repl(self, block: Block) -> str:
+        said = io.StringIO()
+        typed = [line for line in block.text.splitlines() if line.startswith(TYPED)]
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            for line in typed:
+                print(line)
+                reply = self.lines.run(line.removeprefix(TYPED))
+                if not block.holds_answers:
+                    assert not reply.diagnostics, reply.diagnostics[0].render()
+                # The remarks say how many seconds it took.
+                tell(replace(reply, said=(), noted=()), Ink(colour=False, columns=76))
+        return said.getvalue()
 
     def sh(self, block: Block) -> str | None:
         if "run" not in block.words:

@@ -1,0 +1,102 @@
+"""What `help` says: of the language, of the world at hand, and of the session's commands."""
+
+from __future__ import annotations
+
+from i2pdsl.describe import shown_value
+from i2pdsl.errors import did_you_mean, error, whole_file
+from i2pdsl.language import ast
+from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS, Word, word_named
+from i2pdsl.repl.mistakes import INPUT
+from i2pdsl.repl.state import State
+from i2pdsl.repl.words import COMMANDS, command_named
+from i2pdsl.worlds.find import builtin_worlds
+
+
+def explain(word: str, state: State) -> str:
+    """A word's signature, meaning and example. Raises StoryError for one that means nothing."""
+    if not word:
+        return _overview(state)
+    found = command_named(word) or word_named(word)
+    parts = [_entry(found)] if found is not None else []
+    parts += _of_the_story(word, state)
+    if parts:
+        return "\n\n".join(parts)
+    hint = did_you_mean(word, every_word(state))
+    raise error("help", f"`{word}` means nothing here", whole_file(INPUT), hint)
+
+
+def every_word(state: State) -> set[str]:
+    """All that `help` can explain."""
+    words = state.typed.vocabulary
+    named = {w.name for w in (*COMMANDS, *STATEMENTS, *FORMS, *FUNCTIONS.values())}
+    named |= {"then", "else", *state.typed.module.known(), *builtin_worlds()}
+    named |= {*words.latents, *words.predicates, *words.characters, *words.things}
+    return named | {*words.places, *words.actions, *words.events, *words.settings}
+
+
+def _entry(word: Word) -> str:
+    return f"{word.signature}\n    {word.documentation}\n    for instance: {word.example}"
+
+
+def _overview(state: State) -> str:
+    width = max(len(c.signature) for c in COMMANDS)
+    lines = ["Ask anything: P(rho > 0 | script[:7]), P(rho | script[:t]), E[V(robot) | script[:t]]"]
+    if not state.typed.vocabulary.enumerable:
+        lines = ["Ask anything: P(weight = 0.5 | script[:t]), E[V(hopper) | script[:t]]"]
+    lines += ["Statements as in a story: let, pattern, import, assume, world, maximize ...", ""]
+    lines += [f"{c.signature:<{width}}  {c.documentation}" for c in COMMANDS]
+    words = state.typed.vocabulary
+    latents = ", ".join(f"{x.name} in {{{x.domain}}}" for x in words.latents.values())
+    forms = " ".join(w.name for w in FORMS)
+    lines += ["", f"hidden in world {words.world}: {latents}"]
+    lines += [f"characters and things: {', '.join((*words.characters, *words.things))}"]
+    lines += [f"forms: {forms}", f"functions: {' '.join(FUNCTIONS)}"]
+    patterns = sorted(state.typed.module.known_patterns())
+    return "\n".join((*lines, f"patterns: {' '.join(patterns)}", "", "help WORD explains each."))
+
+
+def _of_the_story(name: str, state: State) -> list[str]:
+    """What a name means in the world and the story at hand."""
+    words, found = state.typed.vocabulary, []
+    if name in words.latents:
+        latent = words.latents[name]
+        found.append(
+            f"{name} in {{{latent.domain}}}\n    {latent.documentation}; hidden from viewers"
+        )
+    if name in words.predicates:
+        predicate = words.predicates[name]
+        call = f"{name}({', '.join(predicate.parameters)})"
+        found.append(f"[{call} @ script[k]]\n    {predicate.documentation}")
+    if name in words.characters:
+        found.append(
+            f"{name}\n    a character; its actions: {', '.join(words.actions) or 'continuous'}"
+        )
+    if name in words.things:
+        absent = "; may be absent" if name in words.may_be_absent else ""
+        found.append(f"{name}\n    an object{absent}")
+    if name in words.places:
+        cells = ", ".join(map(str, words.places[name]))
+        found.append(f"{name}\n    a tile, (column, row): {cells}")
+    if name in words.actions:
+        found.append(f"{name}\n    an action; `{name}!` fails")
+    for event, things in words.events.items():
+        if name == event:
+            found.append(
+                f"{event}({', '.join(things)})\n    an event; `allow {event}({things[0]})`"
+            )
+    if name in words.settings:
+        setting = words.settings[name]
+        usual = shown_value(setting.default)
+        found.append(f"{name} = {usual}\n    a setting of the world: {setting.documentation}")
+    definition = state.typed.module.find(name)
+    if definition is not None:
+        item = definition.item
+        if isinstance(item, ast.Pattern):
+            about = [f"    {line}" for line in item.documentation.splitlines()]
+            body = " ".join(item.body.span.text.split())
+            found.append("\n".join((item.signature, *about, f"    = {body}")))
+        else:
+            found.append(f"let {name} = {' '.join(item.value.span.text.split())}")
+    if name in builtin_worlds():
+        found.append(f"world {name}\n    `i2p worlds {name}` describes it")
+    return found

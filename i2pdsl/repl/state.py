@@ -1,0 +1,76 @@
+"""What a session knows at a moment: never changed, only replaced, so that `undo` is easy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from i2pdsl.language.check import TypedStory
+from i2pdsl.repl.program import Program
+from i2pdsl.search.record import Trajectory
+
+SCORED = (  # what a script's objective depends on
+    *("world", "settings", "length", "objective", "rationality", "plausibility"),
+    *("assumption", "observers"),
+)
+SEARCHED = (*SCORED, "start", "allow", "search")  # and what a search does
+
+
+def same_story(one: TypedStory, other: TypedStory, parts: Iterable[str] = SEARCHED) -> bool:
+    """Whether two stories agree in some parts: names that nothing uses make no other story."""
+    return all(getattr(one, part) == getattr(other, part) for part in parts)
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """Frames that could come next: the turns in words, and the longer script."""
+
+    told: str
+    path: Trajectory
+    score: float
+
+
+@dataclass(frozen=True)
+class State:
+    """A story and a script.
+
+    Attributes:
+        program: the statements.
+        typed: what they come to, missing ones filled in.
+        path: the script's actions and states; None before there is one.
+        score: its objective, where a search or a file says it.
+        seed: of the search.
+        is_owed: a story was opened, and its script is made when it is first asked about.
+        suggestions: of the last `suggest`, for this very script.
+    """
+
+    program: Program
+    typed: TypedStory = field(compare=False)
+    path: Trajectory | None = None
+    score: float | None = None
+    seed: int = 0
+    is_owed: bool = False
+    suggestions: tuple[Suggestion, ...] = ()
+
+    def paid(self, solved: State) -> State:
+        """The state with the script that was found since, if it owes the same one."""
+        same = self.is_owed and self.seed == solved.seed and same_story(self.typed, solved.typed)
+        if not same:
+            return self
+        return replace(self, path=solved.path, score=solved.score, is_owed=False)
+
+    def about(self) -> dict[str, Any]:
+        """What a script file says of its story.
+
+        What is missing yet is filled in, since the file's readers need a whole story to know its
+        names, its assumption and its audience.
+        """
+        bare = all(part.keyword == "world" for part in self.program.parts)
+        source = None if bare else self.typed.source.text
+        return {
+            "name": self.typed.name,
+            "file": self.program.name,
+            "source": source,
+            "seed": self.seed,
+        }

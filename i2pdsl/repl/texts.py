@@ -1,0 +1,86 @@
+"""Taking typed lines apart: commas outside brackets, unfinished lines, files behind `>`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from textwrap import wrap
+
+_OPEN, _CLOSE = "([{", ")]}"
+_UNFINISHED = re.compile(r"(?:[-+*/^=<>,:|@]|\b(?:and|or|not|then|else|if|in))$")
+_FILE = re.compile(r'\s*("[^"]+"|\S*\.[^\W\d]\w*)\s*$')
+_GAP = re.compile(r"\S.*?  +(?=\S)")  # between a word and what is said about it
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def split_outside(text: str, mark: str) -> list[str]:
+    """The parts of a text between marks that stand in no bracket."""
+    parts, depth, start = [], 0, 0
+    for i, c in enumerate(text):
+        depth += (c in _OPEN) - (c in _CLOSE)
+        if c == mark and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+    return [*parts, text[start:]]
+
+
+def without_comment(line: str) -> str:
+    """A line up to its comment."""
+    quoted = False
+    for i, c in enumerate(line):
+        quoted ^= c == '"'
+        if c == "#" and not quoted:
+            return line[:i].rstrip()
+    return line.rstrip()
+
+
+def wrapped(text: str, columns: int) -> str:
+    """A text whose lines end between words; what goes on stands under where it began."""
+    lines = []
+    for line in text.splitlines():
+        gap = _GAP.match(line)
+        indent = gap.end() if gap is not None else len(line) - len(line.lstrip())
+        if indent > columns // 2:
+            indent = 4
+        lines += wrap(
+            line,
+            max(columns, 20),
+            subsequent_indent=" " * indent,
+            break_on_hyphens=False,
+            break_long_words=False,
+        ) or [""]
+    return "\n".join(lines)
+
+
+def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
+    """Pieces side by side, as many as a line holds.
+
+    Args:
+        parts: each as it counts, and as it is written: with colours.
+    """
+    lines, width = [""], 0
+    for plain, written in parts:
+        if width and indent + width + gap + len(plain) > columns:
+            lines.append("")
+            width = 0
+        between = " " * gap if width else ""
+        lines[-1] += between + written
+        width += len(between) + len(plain)
+    return [" " * indent + line for line in lines]
+
+
+def is_unfinished(text: str) -> bool:
+    """Whether more must follow: a bracket is open, or the last line ends with an operator."""
+    lines = [without_comment(line) for line in text.splitlines()]
+    depth = sum((c in _OPEN) - (c in _CLOSE) for line in lines for c in line)
+    last = next((line for line in reversed(lines) if line.strip()), "")
+    return depth > 0 or _UNFINISHED.search(last.rstrip()) is not None
+
+
+def split_file(text: str) -> tuple[str, str | None]:
+    """`EXPR, EXPR > file.png` as the expressions and the file; no expression ends like one."""
+    head, mark, tail = text.rpartition(">")
+    match = _FILE.match(tail)
+    if not mark or match is None:
+        return text, None
+    return head, match[1].strip('"')

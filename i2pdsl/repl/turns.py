@@ -1,0 +1,153 @@
+"""Frames added by hand: what was typed after `play`, as actions of the world."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError
+from i2pdsl.language import typed as ty
+from i2pdsl.language.elaborate import Elaborator, Stop
+from i2pdsl.language.parse import parse_expression
+from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.repl.mistakes import moved, wrong
+from i2pdsl.repl.texts import split_outside
+from i2pdsl.search.record import Trajectory
+from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
+from i2pdsl.worlds.world import World
+
+_ACT = re.compile(r"\s*(?P<who>[^\W\d]\w*)(?:\s*:\s*|\s+)(?P<what>[^\W\d]\w*\s*!?)\s*$")
+_EVENT = re.compile(
+    r"\s*(?P<who>[^\W\d]\w*)(?:\s*:\s*|\s+)(?P<what>[^\W\d]\w*\s+at\b.*)$", re.DOTALL
+)
+_BEFORE = "script ++ "
+MOST_FRAMES = 10_000  # that one `play` or `suggest` adds on the hill
+
+
+@dataclass(frozen=True)
+class WrittenTurn:
+    """A turn as stories write it, and where its words were typed.
+
+    Attributes:
+        text: `[cheese: west!, robot: stay]`.
+        places: (start, end, start in what was typed) of each piece.
+    """
+
+    text: str
+    places: tuple[tuple[int, int, int], ...]
+
+    def typed_place(self, start: int, end: int) -> tuple[int, int] | None:
+        """The range of what was typed that a range of the turn comes from."""
+        found = [(a, b, at) for a, b, at in self.places if a < end and start < b]
+        if not found:
+            return None
+        (a, _, first), (c, d, last) = found[0], found[-1]
+        return first + max(0, start - a), last + min(end, d) - c
+
+
+def written_turn(typed: str, words: Vocabulary) -> WrittenTurn:
+    """`cheese west!` as `[cheese: west!, robot: stay]`: who is not named stays."""
+    begins, ends = 0, len(typed)
+    if typed.startswith("[") and typed.endswith("]"):
+        begins, ends = 1, len(typed) - 1
+    text, places, named, has_event = "[", [], set(), False
+
+    def put(piece: str, at: int) -> None:
+        nonlocal text
+        places.append((len(text), len(text) + len(piece), at))
+        text += piece
+
+    for part in split_outside(typed[begins:ends], ","):
+        text += ", " if begins > (typed[:1] == "[") else ""
+        event = _EVENT.match(part)
+        match = event or _ACT.match(part)
+        has_event = has_event or event is not None
+        if match is None:  # the parser says what is wrong
+            put(part.strip(), begins + len(part) - len(part.lstrip()))
+        else:
+            named.add(match["who"])
+            put(match["who"], begins + match.start("who"))
+            text += ": "
+            put(match["what"].rstrip(), begins + match.start("what"))
+        begins += len(part) + 1
+    if not has_event:
+        for who in words.characters:
+            text += f", {who}: stay" if who not in named else ""
+    return WrittenTurn(f"{text}]", tuple(places))
+
+
+def appended(world: World, module: Module, length: int, turn: str) -> tuple[ty.Turn, ...]:
+    """The checked turns of `script ++ TURN` as the elaborator has them. Raises StoryError."""
+    source = Source("play", _BEFORE + turn)
+    problems: list[Diagnostic] = []
+    elaborator = Elaborator(world.vocabulary, length, problems.append, query=True)
+    try:
+        item = elaborator.item(parse_expression(source), Env(module))
+    except Stop:
+        raise StoryError(problems) from None
+    return item.value
+
+
+def played(world: World, module: Module, path: Trajectory, typed: str) -> tuple[Trajectory, str]:
+    """A script with one more turn, and the turn as stories write it. Raises StoryError."""
+    turn = written_turn(typed, world.vocabulary)
+    line, offset = f"play {typed}", len("play ")
+
+    def move(span: Span) -> tuple[int, int] | None:
+        if span.source.name != "play":
+            return None
+        start, end = span.start - len(_BEFORE), span.end - len(_BEFORE)
+        place = turn.typed_place(start, end) or (0, len(typed))
+        return place[0] + offset, place[1] + offset
+
+    try:
+        (act,) = appended(world, module, len(path.actions), turn.text)
+    except StoryError as problem:
+        raise StoryError(moved(problem.diagnostics, line, move)) from None
+    state = np.asarray(path.states[-1])
+    action, possible = world.act(world.tables, state, act)
+    if not possible:
+        raise wrong("play", typed, "this cannot happen: it is there already, or its place is taken")
+    return extended(world, path, [int(action)]), turn.text
+
+
+def extended(world: World, path: Trajectory, actions: Sequence[int]) -> Trajectory:
+    """A script with more of a grid world's actions."""
+    states = [int(s) for s in path.states]
+    for action in actions:
+        after = world.transition(world.tables, np.asarray(states[-1]), np.asarray(action))
+        states.append(int(after))
+    return Trajectory(
+        np.array([*path.actions, *actions], dtype=np.int64), np.array(states, dtype=np.int64)
+    )
+
+
+def rolled_out(world: World, path: Trajectory, frames: int) -> Trajectory:
+    """A script of the hill with so many frames of the controller's own motion."""
+    still = np.zeros((frames, MUSCLE_COUNT))
+    return followed(world, path, still)
+
+
+def followed(world: World, path: Trajectory, residuals: np.ndarray) -> Trajectory:
+    """A script of the hill with more residuals [k, 6]."""
+    states = [np.asarray(path.states[-1], float)]
+    for action in residuals:
+        states.append(np.asarray(world.transition(world.tables, states[-1], action)))
+    if not np.isfinite(states[-1]).all():
+        raise wrong("play", str(len(residuals)), "the motion is not finite")
+    return Trajectory(
+        np.concatenate([path.actions.reshape(-1, MUSCLE_COUNT), residuals]),
+        np.concatenate([path.states, np.array(states[1:]).reshape(-1, path.states.shape[1])]),
+    )
+
+
+def frame_count(typed: str) -> int:
+    """The number of frames behind `play` on the hill. Raises StoryError."""
+    if not typed.isdecimal() or len(typed) > 9 or not 1 <= int(typed) <= MOST_FRAMES:
+        message = f"expected a number of frames from 1 to {MOST_FRAMES:,}"
+        raise wrong("play", typed, message, "`play 50`")
+    return int(typed)

@@ -1,0 +1,72 @@
+"""The commands of the REPL in one table, as language/builtins.py has the language's words."""
+
+from __future__ import annotations
+
+from i2pdsl.language.builtins import Word
+
+COMMANDS: tuple[Word, ...] = (
+    Word("load", "load FILE", "opens a story or a script", "load stories/kitchen/help.story"),
+    Word(
+        "save",
+        "save FILE",
+        "writes the story (.story), the script (.json), or its pictures into a folder of that "
+        "name (.png, .svg, .gif, .mp4, .html)",
+        "save help.json",
+    ),
+    Word("story", "story", "shows the story as it stands now", "story"),
+    Word(
+        "show",
+        "show [FRAME]",
+        "what happens in a frame, and what viewers believe after it; the last one without a number",
+        "show 7",
+    ),
+    Word(
+        "plot",
+        "plot EXPR, EXPR, ... [> FILE]",
+        "draws curves over t here, or into a file (.png, .svg, .pdf)",
+        "plot P(rho > 0 | script[:t]), P(rho < 0 | script[:t]) > beliefs.png",
+    ),
+    Word(
+        "table",
+        "table EXPR, EXPR, ...",
+        "the same as numbers, a row for each frame",
+        "table P(rho > 0 | script[:t]), entropy(rho | script[:t])",
+    ),
+    Word(
+        "solve",
+        "solve [SEED]",
+        "looks for the script that the story asks for; it becomes the current one",
+        "solve 3",
+    ),
+    Word(
+        "play",
+        "play WHO ACTION[!], ...",
+        "adds a frame by hand (`!`: the move fails; who is not named stays); on the hill "
+        "`play N`, so many frames of what the hopper does by itself",
+        "play cheese west!",
+    ),
+    Word(
+        "suggest",
+        "suggest [N] [EXPR]",
+        "asks the search for the best next N frames from here, for the story's objective "
+        "or another one",
+        "suggest 2 sum_t P(rho < 0 | script[:t])",
+    ),
+    Word("accept", "accept [NUMBER]", "adds the frames of a suggestion to the script", "accept 1"),
+    Word("rewind", "rewind [FRAME]", "goes back to a frame (to the start without one)", "rewind 7"),
+    Word("forget", "forget NAME", "removes a `let`, a `pattern` or statements", "forget maximize"),
+    Word("undo", "undo", "takes the last change back", "undo"),
+    Word(
+        "help",
+        "help [WORD]",
+        "explains a word of the language, of the world, or of this",
+        "help KL",
+    ),
+    Word("quit", "quit", "leaves (so does Ctrl-D)", "quit"),
+)
+COMMAND_WORDS = tuple(word.name for word in COMMANDS)
+
+
+def command_named(name: str) -> Word | None:
+    """What a command does."""
+    return next((word for word in COMMANDS if word.name == name), None)

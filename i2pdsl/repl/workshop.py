@@ -1,0 +1,394 @@
+"""Worlds and scripts for a session: all that needs arrays, planning and searching."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from i2pdsl.audience.replay import replay
+from i2pdsl.errors import Source, StoryError, error, whole_file
+from i2pdsl.language.check import TypedStory
+from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.pipeline import Story
+from i2pdsl.progress import Bars
+from i2pdsl.repl.looking import frame_in_words, frame_picture
+from i2pdsl.repl.mistakes import INPUT, placed, wrong
+from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
+from i2pdsl.repl.showing import Belief, Looked, Moved, Text
+from i2pdsl.repl.state import State, Suggestion
+from i2pdsl.repl.turns import MOST_FRAMES, extended, followed, frame_count, played, rolled_out
+from i2pdsl.scripts import Script, appended_turns, script_from, story_windows
+from i2pdsl.search.grid_script import turn_in_words
+from i2pdsl.search.record import Trajectory, read_record
+from i2pdsl.search.script import make_record
+from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.world import World
+
+if TYPE_CHECKING:
+    from i2pdsl.repl.session import Session
+
+MOST_SUGGESTED = 20  # frames that `suggest` looks ahead in a grid
+SHOWN = 3  # suggestions
+_HILL_FRAMES = 100  # that `suggest` adds on the hill without a number
+_PICTURES = (".png", ".svg", ".gif", ".mp4", ".html")
+
+
+class Workshop:
+    """Keeps the last script that was made, so that a question costs milliseconds.
+
+    Attributes:
+        remarks: what happened on the way to an answer.
+    """
+
+    def __init__(self) -> None:
+        self.remarks: list[str] = []
+        self._script: Script | None = None
+
+    # The script at hand.
+
+    def script(self, session: Session) -> Script:
+        """The current script as the current story's audience sees it."""
+        if session.state.is_owed:
+            state, score, said = self.solved(session, session.state.seed)
+            self.remarks += [f"solved: {score.text}", *said]
+            session.pay(state)
+            session.state = state
+        state = session.state
+        world = self.world(state)
+        path = state.path if state.path is not None else first_picture(world, state.typed)
+        old = self._script
+        if old is None or old.world is not world or old.trajectory is not path:
+            if state.path is None:
+                session.state = state = replace(state, path=path)
+            self._script = old = _script(state, world, path)
+        typed = state.typed
+        return replace(old, module=typed.module, assumption=typed.assumption)
+
+    def world(self, state: State) -> World:
+        with Bars() as bars:
+            return _story(state).world(bars.watch)
+
+    def moved(self, state: State, session: Session) -> tuple[State, tuple[str, ...]]:
+        """The session's script in another world or before another audience, if it fits there."""
+        assert state.path is not None
+        old = _story(session.state).spec
+        new = _story(state).spec
+        if not len(state.path.actions):
+            return replace(state, path=None), ()
+        if type(old) is type(new) and _same_rules(old, new):
+            return state, ()
+        gone = "the script is gone: it is none of this world (`undo` brings it back)"
+        return replace(state, path=None, score=None, is_owed=False), (gone,)
+
+    # Files.
+
+    def opened(self, path: str) -> tuple[State, Script]:
+        """A script's file with the story that is stored in it."""
+        record = read_record(path)
+        with Bars() as bars:
+            script = script_from(record, Path(path).parent, bars.watch)
+        spec = script.world.spec
+        known = spec if record.world["source"] else None
+        folder, text = Path(path).parent, record.story.get("source")
+        name = str(record.story.get("file") or "script")
+        program: Program | None = None
+        if isinstance(text, str) and text.strip() and not script.warnings:
+            program = read_program(Source(name, text), folder)
+            said = tuple(part for part in program.parts if part.text != NO_OBJECTIVE)
+            program = replace(program, parts=said, known=known)
+        else:
+            settings = [f"{k} = {_written(v)}" for k, v in record.world["settings"].items()]
+            world = f"world {spec.name}" + (f"({', '.join(settings)})" if settings else "")
+            program = Program((Part("", world),), name, folder, known=known)
+        state = State(program, program.understood(), script.trajectory, script.score)
+        return state, script
+
+    def saved(self, session: Session, path: Path) -> list[str]:
+        """Writes the script, or its pictures."""
+        if path.suffix.lower() not in (".json", *_PICTURES):
+            message = "the name of the file says what to write"
+            hint = f"it ends in .story, .json, {', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}"
+            raise wrong("save", str(path), message, hint)
+        script = self.script(session)
+        if not script.length:
+            hint = "`solve`, or `play` a frame"
+            raise wrong("save", str(path), "the script has no frames yet", hint)
+        # The story may have changed since the script was made.
+        now = _script(session.state, script.world, script.trajectory)
+        return [str(now.save(path))] if path.suffix.lower() == ".json" else _drawn(now, path)
+
+    # Changing the script.
+
+    def solved(self, session: Session, seed: int) -> tuple[State, Text, tuple[str, ...]]:
+        """The script that the story asks for. Raises StoryError, KeyboardInterrupt."""
+        before = session.state
+        typed = before.program.check()
+        story = story_of(typed, before.program)
+        with Bars("searching") as bars:
+            result = story.solve(seed, watch=bars.watch)
+        script = result.script
+        state = replace(
+            before,
+            typed=typed,
+            path=script.trajectory,
+            score=script.score,
+            seed=seed,
+            is_owed=False,
+            suggestions=(),
+        )
+        self._script = replace(script, module=typed.module)
+        seconds = {name: result.seconds.get(name, 0.0) for name in ("plan", "compile", "search")}
+        spent = ", ".join(
+            f"{name} {value:.2f}" for name, value in seconds.items() if value >= 0.005
+        )
+        about = f"{script.length} frames, seed {seed}" + (f" ({spent} s)" if spent else "")
+        said: tuple[str, ...] = (about,)
+        if not result.finished:
+            said = ("interrupted: the best of what was searched so far is kept", *said)
+        score = "unknown" if script.score is None else f"{script.score:.6g}"
+        return state, Text(f"score {score}"), said
+
+    def played(self, session: Session, typed: str) -> tuple[State, Moved]:
+        """One more frame by hand, or some of the hopper's own."""
+        script = self.script(session)
+        if isinstance(script.world, HillWorld):
+            frames = frame_count(typed)
+            path = rolled_out(script.world, script.trajectory, frames)
+            told = f"[{frames} frames of the hopper's own motion]"
+        else:
+            module = session.state.typed.module
+            path, told = played(script.world, module, script.trajectory, typed)
+        return self._longer(session, script, path, told)
+
+    def accepted(self, session: Session, chosen: Suggestion) -> tuple[State, Moved]:
+        return self._longer(session, self.script(session), chosen.path, chosen.told)
+
+    def rewound(self, session: Session, typed: str) -> State:
+        script = self.script(session)
+        frame = _frame(typed or "0", script.length, "rewind")
+        path = Trajectory(script.trajectory.actions[:frame], script.trajectory.states[: frame + 1])
+        return replace(session.state, path=path, score=None, suggestions=())
+
+    def _longer(
+        self, session: Session, script: Script, path: Trajectory, told: str
+    ) -> tuple[State, Moved]:
+        state = replace(session.state, path=path, score=None, suggestions=())
+        longer = _script(state, script.world, path)
+        longer = replace(longer, module=script.module, assumption=script.assumption)
+        self._script = longer
+        before, after = script.length, longer.length
+        beliefs = beliefs_at(longer, after, before)
+        return state, Moved(after, told, beliefs)
+
+    # Looking.
+
+    def looked(self, session: Session, typed: str) -> Looked:
+        """A frame as characters can show it, and what viewers believe after it."""
+        script = self.script(session)
+        frame = _frame(typed, script.length, "show") if typed else script.length
+        title = f"frame {frame} of {script.length}: {frame_in_words(script, frame)}"
+        return Looked(title, frame_picture(script, frame, session.ink), beliefs_at(script, frame))
+
+    def suggested(
+        self, session: Session, typed: str
+    ) -> tuple[tuple[Suggestion, ...], Text, tuple[str, ...]]:
+        """The best next frames for the story's objective, or for another one."""
+        script = self.script(session)
+        match = re.match(r"(\d{1,6})(?=\s|$)", typed)
+        expression = typed[match.end() :].strip() if match else typed.strip()
+        is_hill = isinstance(script.world, HillWorld)
+        usual = _HILL_FRAMES if is_hill else 1
+        frames = int(match[1]) if match else usual
+        most = MOST_FRAMES if is_hill else MOST_SUGGESTED
+        if not 1 <= frames <= most:
+            raise wrong("suggest", typed, f"expected 1 to {most:,} frames", "`suggest 2`")
+        story = self._wanted(session.state, expression, script.length + frames, typed)
+        if is_hill:
+            found = self._suggested_on_hill(story, script, frames)
+        else:
+            found = self._suggested_on_grid(story, script, frames)
+        if not found:
+            raise error("search", "nothing that follows has a finite value", whole_file(INPUT))
+        numbers = [f"{s.score:.6g}" for s in found]
+        width = max(len("score"), *map(len, numbers))
+        lines = [f"   {'score':>{width}}  what comes next"]
+        for number, score, each in zip(range(1, SHOWN + 1), numbers, found, strict=False):
+            lines.append(f"{number}  {score:>{width}}  {each.told}")
+        others = {2: " (the other: `accept 2`)", 3: " (the others: `accept 2`, `accept 3`)"}
+        said = (f"`accept` adds the first{others.get(len(found), '')}",)
+        return found, Text("\n".join(lines), found[0].told), said
+
+    def _wanted(self, state: State, expression: str, length: int, typed: str) -> Story:
+        """The story with its objective, or another one, for a script of at least that length."""
+        program = state.program
+        if expression:
+            part = Part("\n", f"maximize {expression}")
+            program = program.without("maximize").without("minimize").with_part(part)
+        if program.has("search") and any("naive" in p.text for p in program.parts):
+            program = program.without("search")
+        if not program.has("maximize", "minimize"):
+            raise error(
+                "no-objective",
+                "the story has no objective yet",
+                whole_file(INPUT),
+                "`suggest EXPRESSION`, or `maximize EXPRESSION` first",
+            )
+        if not program.has("length") or state.typed.length < length:
+            program = program.with_length(length)
+        try:
+            return story_of(program.check(), program)
+        except StoryError as problem:
+            if not expression:
+                raise
+            mistakes = program.in_words(problem, part)
+            line = f"suggest {typed}"
+            offset = len(line) - len(part.text)
+            raise StoryError(placed(mistakes, part.text, line, offset)) from None
+
+    def _suggested_on_grid(
+        self, story: Story, script: Script, frames: int
+    ) -> tuple[Suggestion, ...]:
+        from i2pdsl.search.onward import continuations
+
+        world = script.world
+        assert isinstance(world, GridWorld)
+        objective = story_objective(story.typed, world)
+        with Bars("searching") as bars:
+            found = continuations(
+                world,
+                objective,
+                story.typed.length,
+                script.trajectory,
+                frames,
+                story.events(world),
+                bars.say,
+            )
+        suggestions = []
+        for each in found[:SHOWN]:
+            told = " ".join(turn_in_words(world, int(action)) for action in each.actions)
+            path = extended(world, script.trajectory, [int(a) for a in each.actions])
+            suggestions.append(Suggestion(told, path, each.score))
+        return tuple(suggestions)
+
+    def _suggested_on_hill(
+        self, story: Story, script: Script, frames: int
+    ) -> tuple[Suggestion, ...]:
+        from i2pdsl.search.onward import descents
+
+        world, path, typed = script.world, script.trajectory, story.typed
+        assert isinstance(world, HillWorld)
+        objective = story_objective(typed, world)
+        with Bars("searching") as bars:
+            found = descents(
+                world, objective, typed.length, typed.search, path, frames, bars.watch.searching
+            )
+        told = f"[{frames} frames of a descent]"
+        return tuple(Suggestion(told, longer, score) for longer, score in found[:SHOWN])
+
+
+def _story(state: State) -> Story:
+    return story_of(state.typed, state.program)
+
+
+def story_of(typed: TypedStory, program: Program) -> Story:
+    """A session's story: its world may be known by the script that carried it."""
+    known = program.known
+    if known is not None and known.name != typed.world:
+        known = None  # the session has moved to another world
+    return Story(typed, program.folder, known)
+
+
+def _same_rules(old: object, new: object) -> bool:
+    """Whether what can happen is the same: only what viewers expect may differ."""
+    from i2pdsl.worlds.grid.spec import GridSpec
+
+    if isinstance(old, GridSpec) and isinstance(new, GridSpec):
+        plain = replace(old, settings=new.settings)
+        return plain == new
+    return old == new
+
+
+def first_picture(world: World, typed: TypedStory) -> Trajectory:
+    """A script of no frames: the first picture that the story allows, drawn with seed 0."""
+    allowed = world.starts(typed.start)
+    if not len(allowed):
+        whole = whole_file("start")
+        raise error("start", "no state of the world fulfils the `start` condition", whole)
+    if isinstance(world, HillWorld):
+        return Trajectory(np.zeros((0, 6)), np.asarray(allowed[:1]))
+    from i2pdsl.search.beam import draw_starts
+
+    return Trajectory(np.zeros(0, dtype=np.int64), draw_starts(allowed, 1, 0).astype(np.int64))
+
+
+def _script(state: State, world: World, path: Trajectory) -> Script:
+    """A script from its path: what viewers believe is computed here."""
+    typed = state.typed
+    frames = replay(world, path.states, path.actions)
+    score = state.score
+    if score is None and typed.objective and len(path.actions) == typed.length:
+        with np.errstate(all="ignore"):
+            score = score_script(typed, world, frames)
+    record = make_record(world, path, state.about(), dict(typed.settings), score)
+    length = len(path.actions)
+    windows = tuple(
+        (first, min(last, length), kind)
+        for first, last, kind in story_windows(typed)
+        if first < length
+    )
+    turns = appended_turns(typed)
+    return Script(
+        record,
+        world,
+        path,
+        typed.module,
+        typed.assumption,
+        frames,
+        appended=turns,
+        windows=windows,
+    )
+
+
+def beliefs_at(script: Script, frame: int, before: int | None = None) -> tuple[Belief, ...]:
+    """What viewers believe of each latent after a frame (and after an earlier one)."""
+    words = script.world.vocabulary
+    found = []
+    for name in words.latents:
+        answer = script.ask(f"P({name} | script[:t])")
+        columns = answer.columns()
+        table = np.stack(list(columns.values()), axis=-1)
+        if name in words.rational.values() and (table.max(axis=-1) > 1 - 1e-12).all():
+            continue  # assumed
+        earlier = None if before is None else table[before]
+        found.append(Belief(name, tuple(columns), table[frame], earlier))
+    return tuple(found)
+
+
+def _frame(typed: str, last: int, command: str) -> int:
+    text = typed.strip()
+    if text.isdecimal() and len(text) < 10 and int(text) <= last:
+        return int(text)
+    raise wrong(command, text, f"expected a frame from 0 to {last}", f"`{command} {last}`")
+
+
+def _written(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return "{" + ", ".join(f"{x:g}" for x in value) + "}"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _drawn(script: Script, path: Path) -> list[str]:
+    """Pictures of a script: the one kind that was asked for, beside the name that was given."""
+    from i2pdsl.commands.pictures import draw
+
+    files: dict[str, str] = {}
+    draw([script], path.parent / path.stem, (path.suffix[1:].lower(),), files)
+    return list(files.values())
+
+
+__all__ = ["Workshop", "beliefs_at", "followed"]
