@@ -114,9 +114,9 @@ def in_a_line(shown: Shown) -> str:
         case Tabled(answers, frames):
             return table(answers, frames)
         case Moved(count, told, beliefs):
-            return f"frame {count}: {told[1:-1]}; " + "; ".join(map(_belief_line, beliefs))
+            return f"frame {count}: {told[1:-1]}; " + "; ".join(map(belief_line, beliefs))
         case Looked(title, picture, beliefs):
-            return "\n".join((title, picture, *(f"  {_belief_line(b)}" for b in beliefs)))
+            return "\n".join((title, picture, *(f"  {belief_line(b)}" for b in beliefs)))
         case Text(text, short):
             return text if short is None else short
 
@@ -130,7 +130,7 @@ def _line(answer: Answer) -> str:
     return mark.join(f"{name} {values}" for name, values in joined.items())
 
 
-def _belief_line(belief: Belief) -> str:
+def belief_line(belief: Belief) -> str:
     parts = (f"{n} {number(v)}" for n, v in zip(belief.labels, belief.after, strict=True))
     return f"{belief.latent}: {', '.join(parts)}"
 

@@ -18,7 +18,7 @@ from i2pdsl.progress import Bars
 from i2pdsl.repl.looking import frame_in_words, frame_picture
 from i2pdsl.repl.mistakes import INPUT, placed, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
-from i2pdsl.repl.showing import Belief, Looked, Moved, Text
+from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import State, Suggestion
 from i2pdsl.repl.turns import MOST_FRAMES, extended, followed, frame_count, played, rolled_out
 from i2pdsl.scripts import Script, appended_turns, script_from, story_windows
@@ -287,8 +287,14 @@ class Workshop:
             found = descents(
                 world, objective, typed.length, typed.search, path, frames, bars.watch.searching
             )
-        told = f"[{frames} frames of a descent]"
-        return tuple(Suggestion(told, longer, score) for longer, score in found[:SHOWN])
+        suggestions = []
+        for longer, score in found[:SHOWN]:
+            seen = replay(world, longer.states, longer.actions)
+            then = replace(script, trajectory=longer, frames=seen)
+            beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
+            told = f"[{frames} frames, then {beliefs}]"
+            suggestions.append(Suggestion(told, longer, score))
+        return tuple(suggestions)
 
 
 def _story(state: State) -> Story:
