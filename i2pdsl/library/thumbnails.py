@@ -1,0 +1,46 @@
+"""Small pictures of a catalogue's examples, to lie beside a library: `i2p patterns` names them.
+
+    i2p patterns --page /tmp/catalogue
+    python -m i2pdsl.library.thumbnails /tmp/catalogue stories/patterns
+
+made those of the standard patterns.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+from i2pdsl.resources import atomic_path
+
+WIDEST, COLOURS = 900, 64
+NOT_SHOWN = "hill"  # a story of bodies needs its page
+
+
+def write_thumbnails(catalogue: Path, library: Path) -> list[Path]:
+    """Reduces the comics of a catalogue to a few colours, into `pictures/` of a library's folder.
+
+    A pattern whose own example is told elsewhere has one in the kitchen too, which is not shown.
+    """
+    found: dict[str, Path] = {}
+    for path in sorted((catalogue / "pictures").glob("*.png")):
+        pattern, _, world = path.stem.rpartition("-")
+        if world != NOT_SHOWN and (pattern not in found or world != "kitchen"):
+            found[pattern] = path
+    written = []
+    for path in found.values():
+        with Image.open(path) as picture:
+            small = picture.convert("RGB")
+        small.thumbnail((WIDEST, WIDEST * 2), Image.Resampling.LANCZOS)
+        target = library / "pictures" / path.name
+        with atomic_path(target) as temporary:
+            small.quantize(COLOURS).save(temporary, optimize=True)
+        written.append(target)
+    return written
+
+
+if __name__ == "__main__":
+    for written in write_thumbnails(Path(sys.argv[1]), Path(sys.argv[2])):
+        print(written)
