@@ -15,7 +15,7 @@ from PIL import Image
 
 from i2pdsl.resources import atomic_path
 
-WIDEST, COLOURS = 900, 64
+WIDEST, COLOURS = 900, 128
 NOT_SHOWN = "hill"  # a story of bodies needs its page
 
 
@@ -36,7 +36,11 @@ def write_thumbnails(catalogue: Path, library: Path) -> list[Path]:
         small.thumbnail((WIDEST, WIDEST * 2), Image.Resampling.LANCZOS)
         target = library / "pictures" / path.name
         with atomic_path(target) as temporary:
-            small.quantize(COLOURS).save(temporary, optimize=True)
+            # A palette of the commonest colours would turn small figures grey.
+            few = small.quantize(
+                COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE
+            )
+            few.save(temporary, optimize=True)
         written.append(target)
     return written
 

@@ -8,9 +8,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from commands_for_tests import Run
+from i2pdsl.commands.patterns import open_library
+from i2pdsl.library.examples import gallery_files
 
 VOID = {"meta", "img", "br", "link", "input"}
 PATTERNS = """\
@@ -216,3 +220,16 @@ def test_in_a_browser(place: Path, i2p: Run, width: int, scheme: str) -> None:
         page.locator(".example-head a").first.click()
         assert page.locator("#play").is_visible()
         browser.close()
+
+
+def test_every_standard_pattern_has_a_small_picture() -> None:
+    """Made by i2pdsl/library/thumbnails.py, and named by `i2p patterns`."""
+    library, place = open_library(None, with_stories=False)
+    for pattern in library.patterns:
+        files = [f for f in gallery_files(place) if f.stem.rpartition("-")[0] == pattern["name"]]
+        assert len(files) == 1, pattern["name"]
+        with Image.open(files[0]) as picture:
+            assert picture.width > 400
+            # Figures keep their colours.
+            colours = np.asarray(picture.convert("HSV"))[..., 1]
+            assert (colours > 120).mean() > 0.002

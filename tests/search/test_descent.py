@@ -223,7 +223,8 @@ def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> No
     def at_once(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(descent, "_compiled", lambda *_: at_once)
+    program = Program(at_once, "interrupted", False)
+    monkeypatch.setattr(descent, "compiled_program", lambda *_: program)
     with pytest.raises(KeyboardInterrupt):
         made.solve(0)
 
