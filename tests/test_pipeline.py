@@ -490,13 +490,15 @@ def test_many_at_once(cache: Path) -> None:
     def delete() -> None:
         while not stop.is_set():
             file.unlink(missing_ok=True)
+            stop.wait(0.002)  # now and then there is something to be read
 
     threads = [threading.Thread(target=write, args=(v,)) for v in (1.0, 2.0)]
     threads.append(threading.Thread(target=delete))
     for thread in threads:
         thread.start()
-    seen = 0
-    for _ in range(300):
+    seen = tries = 0
+    while tries < 300 or (seen == 0 and tries < 30_000):
+        tries += 1
         found = store.load("x", problems.append)
         if found is not None:
             assert len(set(found["a"].tolist())) == 1

@@ -1,94 +1,27 @@
-"""Every story under stories/ is made, and meets the expectations written in it.
-
-A story's comment `# expect EXPR >= NUMBER` (or `<=`) is asked of the finished script; `# expect
-assume COND: ...` asks under another assumption. The bar is meant for the median over 8 seeds.
-"""
+"""Every story told on a map is made, and meets the expectations written in it."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from i2pdsl.pipeline import Story, load
-from worlds_for_tests import STORIES
-
-EXPECTATION = re.compile(
-    r"^# expect (?:assume (?P<assume>[^:]+): )?(?P<expr>.+) (?P<op>[<>]=) (?P<bar>\S+)$"
-)
+from i2pdsl.pipeline import load
+from stories_for_tests import MAPS, PATHS, check, expectations, name
 
 
-@dataclass(frozen=True)
-class Expectation:
-    """One `# expect` line."""
-
-    expression: str
-    operator: str
-    bar: float
-    assume: str | None
-
-    def holds(self, value: float) -> bool:
-        return value >= self.bar if self.operator == ">=" else value <= self.bar
-
-
-def expectations(path: Path) -> list[Expectation]:
-    found = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if line.startswith("# expect"):
-            match = EXPECTATION.match(line)
-            assert match is not None, f"{path}: cannot read {line!r}"
-            bar = float(match["bar"])
-            found.append(Expectation(match["expr"], match["op"], bar, match["assume"]))
-    return found
-
-
-def made(path: Path) -> bool:
-    return path.parent.name != "patterns"
-
-
-ALL = sorted(p for p in STORIES.rglob("*.story") if made(p))
-IDS = [f"{p.parent.name}/{p.stem}" for p in ALL]
-
-
-@cache
-def story(path: Path) -> Story:
-    return load(path)
-
-
-@cache
-def measured(path: Path, seed: int) -> tuple[float, ...]:
-    script = story(path).solve(seed).script
-    asked = expectations(path)
-    return tuple(float(script.query(e.expression, e.assume)) for e in asked)
-
-
-def check(path: Path, seeds: range) -> None:
-    values = np.array([measured(path, seed) for seed in seeds])
-    for number, expectation in enumerate(expectations(path)):
-        median = float(np.median(values[:, number]))
-        shown = f"{expectation.expression}: median {median:.4f} over {len(seeds)} seeds"
-        assert expectation.holds(median), (
-            f"{shown}, must be {expectation.operator} {expectation.bar}"
-        )
-
-
-@pytest.mark.parametrize("path", ALL, ids=IDS)
+@pytest.mark.parametrize("path", PATHS, ids=name)
 def test_story_says_what_it_expects(path: Path) -> None:
     assert expectations(path), "every story carries its expectation"
     assert load(path).warnings == ()
 
 
-@pytest.mark.parametrize("path", ALL, ids=IDS)
+@pytest.mark.parametrize("path", MAPS, ids=name)
 def test_story_meets_its_expectations_on_a_few_seeds(path: Path) -> None:
-    # A descent improves eight scripts at once, and takes longer.
-    check(path, range(3 if story(path).typed.search.method == "beam" else 1))
+    check(path, range(3))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ALL, ids=IDS)
+@pytest.mark.parametrize("path", MAPS, ids=name)
 def test_story_meets_its_expectations_on_eight_seeds(path: Path) -> None:
     check(path, range(8))

@@ -1,0 +1,77 @@
+"""What stories under stories/ expect of themselves, and whether a finished script meets it.
+
+A story's comment `# expect EXPR >= NUMBER` (or `<=`) is asked of the finished script; `# expect
+assume COND: ...` asks under another assumption. The bar is meant for the median over 8 seeds.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from i2pdsl.pipeline import Story, load
+from worlds_for_tests import STORIES
+
+EXPECTATION = re.compile(
+    r"^# expect (?:assume (?P<assume>[^:]+): )?(?P<expr>.+) (?P<op>[<>]=) (?P<bar>\S+)$"
+)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """One `# expect` line."""
+
+    expression: str
+    operator: str
+    bar: float
+    assume: str | None
+
+    def holds(self, value: float) -> bool:
+        return value >= self.bar if self.operator == ">=" else value <= self.bar
+
+
+def expectations(path: Path) -> list[Expectation]:
+    found = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.startswith("# expect"):
+            match = EXPECTATION.match(line)
+            assert match is not None, f"{path}: cannot read {line!r}"
+            bar = float(match["bar"])
+            found.append(Expectation(match["expr"], match["op"], bar, match["assume"]))
+    return found
+
+
+PATHS = sorted(p for p in STORIES.rglob("*.story") if p.parent.name != "patterns")
+HILL = [p for p in PATHS if p.parent.name == "hill"]
+MAPS = [p for p in PATHS if p not in HILL]
+
+
+def name(path: Path) -> str:
+    """Of a test."""
+    return f"{path.parent.name}/{path.stem}"
+
+
+@cache
+def story(path: Path) -> Story:
+    return load(path)
+
+
+@cache
+def measured(path: Path, seed: int) -> tuple[float, ...]:
+    script = story(path).solve(seed).script
+    asked = expectations(path)
+    return tuple(float(script.query(e.expression, e.assume)) for e in asked)
+
+
+def check(path: Path, seeds: range) -> None:
+    values = np.array([measured(path, seed) for seed in seeds])
+    for number, expectation in enumerate(expectations(path)):
+        median = float(np.median(values[:, number]))
+        shown = f"{expectation.expression}: median {median:.4f} over {len(seeds)} seeds"
+        assert expectation.holds(median), (
+            f"{shown}, must be {expectation.operator} {expectation.bar}"
+        )
