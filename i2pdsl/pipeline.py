@@ -19,11 +19,10 @@ from i2pdsl.language.override import override
 from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.scripts import Answer, Script, appended_turns, script_from, story_windows
+from i2pdsl.scripts import Answer, Script, extended, script_from, script_of
 from i2pdsl.search.candidates import select_different
 from i2pdsl.search.naive import depicted_event, hill_rollout, naive_rollout
 from i2pdsl.search.record import Trajectory
-from i2pdsl.search.script import make_record
 from i2pdsl.worlds.find import Spec, find_spec, find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
@@ -107,7 +106,7 @@ class Story:
             span = program.of(ast.World)[0].span
             raise StoryError([replace(d, span=span) for d in problem.diagnostics]) from None
 
-    def allowed_starts(self, world: GridWorld) -> np.ndarray:
+    def allowed_starts(self, world: World) -> np.ndarray:
         """The states that fulfil the `start`. Raises StoryError where there is none."""
         allowed = world.starts(self.typed.start)
         if not len(allowed):
@@ -264,20 +263,13 @@ class Story:
             score = score_script(self.typed, world, frames)
         source = self.typed.source
         about = {"name": self.typed.name, "file": source.name, "source": source.text, "seed": seed}
-        record = make_record(world, path, about, dict(self.typed.settings), score)
-        module, assumption = self.typed.module, self.typed.assumption
-        turns, windows = appended_turns(self.typed), story_windows(self.typed)
-        return Script(
-            record, world, path, module, assumption, frames, appended=turns, windows=windows
-        )
+        return script_of(self.typed, world, path, frames, about, score)
 
 
 def trajectory(world: GridWorld, start: int, actions: np.ndarray) -> Trajectory:
     """A script in the world's numbers from its start and its actions."""
-    states = [start]
-    for action in actions:
-        states.append(int(world.transition(world.tables, np.asarray(states[-1]), action)))
-    return Trajectory(np.asarray(actions, dtype=np.int64), np.array(states, dtype=np.int64))
+    nothing = Trajectory(np.zeros(0, dtype=np.int64), np.array([start], dtype=np.int64))
+    return extended(world, nothing, actions)
 
 
 @dataclass(frozen=True)

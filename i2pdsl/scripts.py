@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -97,16 +98,13 @@ class Script:
         can happen."""
         if not self.appended:
             return self
-        actions, states = list(self.trajectory.actions), list(self.trajectory.states)
+        path = self.trajectory
         for turn in self.appended:
-            action, possible = self.world.act(self.world.tables, np.asarray(states[-1]), turn)
+            state = np.asarray(path.states[-1])
+            action, possible = self.world.act(self.world.tables, state, turn)
             if not possible:
                 break
-            actions.append(int(action))
-            states.append(
-                int(self.world.transition(self.world.tables, np.asarray(states[-1]), action))
-            )
-        path = Trajectory(np.array(actions), np.array(states))
+            path = extended(self.world, path, [int(action)])
         story, settings = self.record.story, self.record.world["settings"]
         record = make_record(self.world, path, story, settings, self.score)
         frames = replay(self.world, path.states, path.actions)
@@ -215,8 +213,46 @@ def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
     return found
 
 
-def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
-    """The stretches of frames that a story singles out, and what it asks for there.
+def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray) -> Trajectory:
+    """A path with more actions [k, ...] and the states that they lead to."""
+    states = [np.asarray(path.states[-1])]
+    for action in actions:
+        after = world.transition(world.tables, states[-1], np.asarray(action))
+        states.append(np.asarray(after))
+    more = np.array(states[1:], dtype=path.states.dtype).reshape(-1, *path.states.shape[1:])
+    acts = np.asarray(actions, dtype=path.actions.dtype).reshape(-1, *path.actions.shape[1:])
+    return Trajectory(np.concatenate([path.actions, acts]), np.concatenate([path.states, more]))
+
+
+def script_of(
+    story: TypedStory,
+    world: World,
+    path: Trajectory,
+    frames: Frame,
+    about: dict[str, Any],
+    score: float | None,
+) -> Script:
+    """A script of a story from its path, and `frames`, its replay.
+
+    `about` is what its file says of the story.
+    """
+    record = make_record(world, path, about, dict(story.settings), score)
+    turns, windows = appended_turns(story), story_windows(story, len(path.actions))
+    return Script(
+        record,
+        world,
+        path,
+        story.module,
+        story.assumption,
+        frames,
+        appended=turns,
+        windows=windows,
+    )
+
+
+def story_windows(story: TypedStory, length: int) -> tuple[tuple[int, int, str], ...]:
+    """The stretches of frames that a story singles out, and what it asks for there: those of a
+    script of `length` frames, which may be shorter than what the story says.
 
     Where something in its objective that depends on t alone has another value than before and
     after, such as the sign of a dip.
@@ -233,7 +269,11 @@ def story_windows(story: TypedStory) -> tuple[tuple[int, int, str], ...]:
                 change = sign * (node.values[first] - node.values[0])
                 kind = "dip" if change < 0 else "rise"
                 found.append((node.first + first, node.first + end - 1, kind))
-    return tuple(dict.fromkeys(found))
+    return tuple(
+        (first, min(last, length), kind)
+        for first, last, kind in dict.fromkeys(found)
+        if first < length
+    )
 
 
 def script_from(record: Record, folder: Path | None, watch: Watch | None = None) -> Script:
@@ -247,12 +287,7 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
-    length = len(path.actions)  # which may be shorter than what the story says
-    windows = tuple(
-        (first, min(last, length), kind)
-        for first, last, kind in (story_windows(story) if story else ())
-        if first < length
-    )
+    windows = story_windows(story, len(path.actions)) if story else ()
     return Script(record, world, path, module, assumption, frames, warnings, turns, windows)
 
 

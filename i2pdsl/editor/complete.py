@@ -17,9 +17,9 @@ from i2pdsl.editor.offers import Offer
 from i2pdsl.editor.reading import Reading, read_before
 from i2pdsl.editor.slots import Place, Slot
 from i2pdsl.editor.surroundings import Surroundings, surroundings
-from i2pdsl.editor.words import ONCE, explanation, spellings
+from i2pdsl.editor.words import explanation, spellings
 from i2pdsl.language import ast
-from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
+from i2pdsl.language.builtins import FUNCTIONS, ONCE, STATEMENT_WORDS
 
 __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surroundings"]
 

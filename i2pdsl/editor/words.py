@@ -5,12 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from i2pdsl.editor.colours import KINDS
-from i2pdsl.language.builtins import STATEMENT_WORDS, Word, word_named
+from i2pdsl.language.builtins import Word, word_named
 from i2pdsl.language.parse import grammar
-
-SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize")
-ONCE = frozenset(STATEMENT_WORDS) - frozenset(SEVERAL)
-"""The words of the statements that stand at most once in a story."""
 
 
 @cache

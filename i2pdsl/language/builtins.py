@@ -217,6 +217,10 @@ STATEMENTS: tuple[Word, ...] = (
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
+_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize")
+ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
+"""The words of the statements that stand at most once in a story."""
+
 _FORM_WORDS = "script t T P E V KL entropy surprise suspense last if then else and or not in"
 _SUMS = "sum_t mean_t min_t max_t"
 RESERVED = frozenset((*STATEMENT_WORDS, *_FORM_WORDS.split(), *_SUMS.split()))

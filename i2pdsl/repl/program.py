@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError
-from i2pdsl.language.builtins import STATEMENT_WORDS
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError
+from i2pdsl.language.builtins import ONCE, STATEMENT_WORDS
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.vocabulary import Settings, Vocabulary
+from i2pdsl.repl.mistakes import moved
 from i2pdsl.worlds.find import Spec, find_vocabulary, vocabulary_of
 
-SINGLE = ("world", "length", "assume", "audience", "search", "rationality", "plausibility")
 NO_OBJECTIVE = "maximize 0"  # of a story that does not say it yet
 USUAL_LENGTH = 15  # of a story that does not say it yet
 _HEAD = ("world", "length", "start", "allow")
@@ -96,7 +96,7 @@ class Program:
     def with_part(self, part: Part) -> Program:
         """The story with one more statement; it replaces one that can stand only once."""
         parts = list(self.parts)
-        once = part.keyword in (*SINGLE, "let", "pattern")
+        once = part.keyword in (*ONCE, "let", "pattern")
         same = [i for i, p in enumerate(parts) if once and p.name == part.name]
         if same:
             before = part.before if part.before.strip() else parts[same[0]].before
@@ -126,22 +126,14 @@ class Program:
             if other.text == part.text:
                 break
             offset += len(other.text)
-        typed = Source("input", part.text)
 
-        def moved(span: Span) -> Span:
+        def move(span: Span) -> tuple[int, int] | None:
             inside = offset <= span.start and span.end <= offset + len(part.text)
             if span.source.name != self.name or not inside:
-                return span
-            return Span(typed, span.start - offset, span.end - offset)
+                return None
+            return span.start - offset, span.end - offset
 
-        return tuple(
-            replace(
-                d,
-                span=moved(d.span),
-                notes=tuple(Note(n.message, moved(n.span)) for n in d.notes),
-            )
-            for d in problem.diagnostics
-        )
+        return moved(problem.diagnostics, part.text, move)
 
 
 def _belong_together(one: Part, other: Part) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.repl.mistakes import moved, wrong
 from i2pdsl.repl.texts import split_outside
+from i2pdsl.scripts import extended
 from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.world import World
@@ -115,34 +115,12 @@ def played(world: World, module: Module, path: Trajectory, typed: str) -> tuple[
     return extended(world, path, [int(action)]), turn.text
 
 
-def extended(world: World, path: Trajectory, actions: Sequence[int]) -> Trajectory:
-    """A script with more of a grid world's actions."""
-    states = [int(s) for s in path.states]
-    for action in actions:
-        after = world.transition(world.tables, np.asarray(states[-1]), np.asarray(action))
-        states.append(int(after))
-    return Trajectory(
-        np.array([*path.actions, *actions], dtype=np.int64), np.array(states, dtype=np.int64)
-    )
-
-
 def rolled_out(world: World, path: Trajectory, frames: int) -> Trajectory:
     """A script of the hill with so many frames of the controller's own motion."""
-    still = np.zeros((frames, MUSCLE_COUNT))
-    return followed(world, path, still)
-
-
-def followed(world: World, path: Trajectory, residuals: np.ndarray) -> Trajectory:
-    """A script of the hill with more residuals [k, 6]."""
-    states = [np.asarray(path.states[-1], float)]
-    for action in residuals:
-        states.append(np.asarray(world.transition(world.tables, states[-1], action)))
-    if not np.isfinite(states[-1]).all():
-        raise wrong("play", str(len(residuals)), "the motion is not finite")
-    return Trajectory(
-        np.concatenate([path.actions.reshape(-1, MUSCLE_COUNT), residuals]),
-        np.concatenate([path.states, np.array(states[1:]).reshape(-1, path.states.shape[1])]),
-    )
+    longer = extended(world, path, np.zeros((frames, MUSCLE_COUNT)))
+    if not np.isfinite(longer.states[-1]).all():
+        raise wrong("play", str(frames), "the motion is not finite")
+    return longer
 
 
 def frame_count(typed: str) -> int:

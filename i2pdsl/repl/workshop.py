@@ -20,11 +20,10 @@ from i2pdsl.repl.mistakes import INPUT, placed, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import State, Suggestion
-from i2pdsl.repl.turns import MOST_FRAMES, extended, followed, frame_count, played, rolled_out
-from i2pdsl.scripts import Script, appended_turns, script_from, story_windows
+from i2pdsl.repl.turns import MOST_FRAMES, frame_count, played, rolled_out
+from i2pdsl.scripts import Script, extended, script_from, script_of
 from i2pdsl.search.grid_script import turn_in_words
 from i2pdsl.search.record import Trajectory, read_record
-from i2pdsl.search.script import make_record
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
 from i2pdsl.worlds.world import World
@@ -60,7 +59,7 @@ class Workshop:
             session.state = state
         state = session.state
         world = self.world(state)
-        path = state.path if state.path is not None else first_picture(world, state.typed)
+        path = state.path if state.path is not None else first_picture(world, _story(state))
         old = self._script
         if old is None or old.world is not world or old.trajectory is not path:
             if state.path is None:
@@ -319,12 +318,9 @@ def _same_rules(old: object, new: object) -> bool:
     return old == new
 
 
-def first_picture(world: World, typed: TypedStory) -> Trajectory:
+def first_picture(world: World, story: Story) -> Trajectory:
     """A script of no frames: the first picture that the story allows, drawn with seed 0."""
-    allowed = world.starts(typed.start)
-    if not len(allowed):
-        whole = whole_file("start")
-        raise error("start", "no state of the world fulfils the `start` condition", whole)
+    allowed = story.allowed_starts(world)
     if isinstance(world, HillWorld):
         return Trajectory(np.zeros((0, 6)), np.asarray(allowed[:1]))
     from i2pdsl.search.beam import draw_starts
@@ -340,24 +336,7 @@ def _script(state: State, world: World, path: Trajectory) -> Script:
     if score is None and typed.objective and len(path.actions) == typed.length:
         with np.errstate(all="ignore"):
             score = score_script(typed, world, frames)
-    record = make_record(world, path, state.about(), dict(typed.settings), score)
-    length = len(path.actions)
-    windows = tuple(
-        (first, min(last, length), kind)
-        for first, last, kind in story_windows(typed)
-        if first < length
-    )
-    turns = appended_turns(typed)
-    return Script(
-        record,
-        world,
-        path,
-        typed.module,
-        typed.assumption,
-        frames,
-        appended=turns,
-        windows=windows,
-    )
+    return script_of(typed, world, path, frames, state.about(), score)
 
 
 def beliefs_at(script: Script, frame: int, before: int | None = None) -> tuple[Belief, ...]:
@@ -395,6 +374,3 @@ def _drawn(script: Script, path: Path) -> list[str]:
     files: dict[str, str] = {}
     draw([script], path.parent / path.stem, (path.suffix[1:].lower(),), files)
     return list(files.values())
-
-
-__all__ = ["Workshop", "beliefs_at", "followed"]
