@@ -19,7 +19,7 @@ import numpy as np
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.search.programs import Program, compiled_program
+from i2pdsl.programs import Program, compiled_program
 from i2pdsl.search.rollout import Node, advance, children, root, scores
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import World

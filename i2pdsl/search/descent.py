@@ -27,9 +27,9 @@ from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
+from i2pdsl.programs import Program, compiled_program
 from i2pdsl.search.beam import prepared, single_precision
 from i2pdsl.search.minimise import minimise
-from i2pdsl.search.programs import Program, compiled_program
 from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import Node, follow, resume, root
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT

@@ -14,9 +14,9 @@ import numpy as np
 from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
+from i2pdsl.programs import compiled_program
 from i2pdsl.search.beam import chooser, prepared, single_precision
 from i2pdsl.search.descent import descend
-from i2pdsl.search.programs import compiled_program
 from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import prefix_scores, retraced
 from i2pdsl.worlds.grid.world import GridWorld

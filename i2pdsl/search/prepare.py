@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from i2pdsl.objective.terms import story_objective
+from i2pdsl.programs import Program
 from i2pdsl.search.beam import prepare_beam
 from i2pdsl.search.descent import prepare_descent
-from i2pdsl.search.programs import Program
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
+from i2pdsl import programs
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import load, story_from
-from i2pdsl.search import programs
 from i2pdsl.search.prepare import prepare
 from i2pdsl.worlds.ready import Watch
 

@@ -16,10 +16,10 @@ from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
+from i2pdsl.programs import Program
 from i2pdsl.search import descent, programs
 from i2pdsl.search.beam import prepared, single_precision
 from i2pdsl.search.minimise import minimise
-from i2pdsl.search.programs import Program
 from i2pdsl.search.rollout import follow, root
 from i2pdsl.worlds.ready import Watch
 

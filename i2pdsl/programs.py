@@ -23,7 +23,7 @@ from i2pdsl.resources import atomic_path, cache_folder
 Array = Any
 
 # A program is made of these files; another version of them makes other programs.
-_SOURCES = ("audience", "objective", "planning", "search", "worlds")
+_SOURCES = ("audience", "objective", "planning", "programs.py", "search", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
 
 
@@ -111,10 +111,11 @@ def _compiled(
 @cache
 def _fingerprint() -> str:
     """The versions that matter."""
-    package = Path(__file__).parent.parent
+    package = Path(__file__).parent
     content = hashlib.sha256()
-    for folder in _SOURCES:
-        for path in sorted((package / folder).rglob("*.py")):
+    for name in _SOURCES:
+        source = package / name
+        for path in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
             content.update(path.read_bytes())
     versions = " ".join(f"{name} {version(name)}" for name in _LIBRARIES)
     return f"{versions} {jax.default_backend()} {content.hexdigest()}"
