@@ -102,9 +102,14 @@ class Story:
         try:
             return ready_world(self.spec, self.viewers, watch)
         except StoryError as problem:
-            program, _ = parse_tolerantly(self.typed.source)
-            span = program.of(ast.World)[0].span
-            raise StoryError([replace(d, span=span) for d in problem.diagnostics]) from None
+            raise self._at_statement(problem, ast.World) from None
+
+    def _at_statement(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
+        """What is wrong with a world or a search, said at the story's statement."""
+        program, _ = parse_tolerantly(self.typed.source)
+        spans = [statement.span for statement in program.of(kind)]
+        span = spans[0] if spans else whole_file(self.typed.source.name)
+        return StoryError([replace(d, span=span) for d in problem.diagnostics])
 
     def allowed_starts(self, world: World) -> np.ndarray:
         """The states that fulfil the `start`. Raises StoryError where there is none."""
@@ -183,9 +188,12 @@ class Story:
 
             objective = story_objective(self.typed, world)
             began = time.perf_counter()
-            result = descend(
-                world, objective, self.typed.length, plan, seed, watch.searching, watch.say
-            )
+            try:
+                result = descend(
+                    world, objective, self.typed.length, plan, seed, watch.searching, watch.say
+                )
+            except StoryError as problem:
+                raise self._at_statement(problem, ast.Search) from None
             finished = result.finished
             watch.seconds["compile"] = result.compile_seconds
             began += result.compile_seconds
@@ -226,9 +234,12 @@ class Story:
         objective = story_objective(self.typed, world)
         starts = draw_starts(allowed, plan.starts, seed)
         began = time.perf_counter()
-        found = beam_search(
-            world, objective, length, starts, plan.width, events, watch.searching, watch.say
-        )
+        try:
+            found = beam_search(
+                world, objective, length, starts, plan.width, events, watch.searching, watch.say
+            )
+        except StoryError as problem:
+            raise self._at_statement(problem, ast.Search) from None
         watch.add("search", began)
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds

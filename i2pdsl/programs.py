@@ -1,14 +1,22 @@
-"""Compiled programs on disk: a story whose shape was searched before starts without tracing.
+"""Compiled programs on disk: what was compiled for one world or story serves all of its shape.
 
-Two caches work together: the traced program (StableHLO, by jax.export; no pickle) and XLA's own
-cache of compiled code. Both may be deleted, damaged or shared at any time.
+A file of the cache is machine code, which is run as it is; so only what this user's i2pdsl wrote
+is ever loaded. Each file begins with a keyed digest (HMAC-SHA256, RFC 2104) of the rest, under a
+key that lies outside the cache and that only the user can read. The cache may be deleted, damaged
+or shared at any time; whoever has another key has files of other names.
 """
 
 from __future__ import annotations
 
+import errno
 import hashlib
-import warnings
+import hmac
+import os
+import platform
+import secrets
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -16,15 +24,20 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.export
+from jax.experimental import serialize_executable
 
 from i2pdsl.resources import atomic_path, cache_folder
+from i2pdsl.untrusted import read_bytes
 
 Array = Any
+Say = Callable[[str], None]
 
 # A program is made of these files; another version of them makes other programs.
 _SOURCES = ("audience", "objective", "planning", "programs.py", "search", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
+
+_DIGEST = hashlib.sha256().digest_size
+_MOST_BYTES = 256 * 2**20  # of a file: a program has some 1 MB
 
 
 @dataclass(frozen=True)
@@ -42,7 +55,7 @@ class Program:
     is_new: bool
 
 
-_memory: dict[str, Program] = {}
+_memory: dict[tuple[str, bool], Program] = {}
 
 
 def compiled_program(
@@ -50,7 +63,7 @@ def compiled_program(
     function: Callable[..., Any],
     arguments: tuple[Any, ...],
     result: Any,
-    say: Callable[[str], None] | None = None,
+    say: Say | None = None,
 ) -> Program:
     """`function` compiled for arrays like those of `arguments`; from memory or from the cache if it
     was compiled before.
@@ -64,53 +77,84 @@ def compiled_program(
     leaves, structure = jax.tree.flatten(arguments)
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in leaves]
     description = repr((key, [(s.shape, str(s.dtype)) for s in shapes]))
-    if description in _memory:
-        return replace(_memory[description], is_new=False)
+    known = (description, bool(jax.config.read("jax_enable_x64")))
+    if known in _memory:
+        return replace(_memory[known], is_new=False)
 
     def flat(*arrays: Array) -> list[Array]:
         return jax.tree.leaves(function(*jax.tree.unflatten(structure, arrays)))
 
-    compiled, is_new = _compiled(description, flat, shapes, say or (lambda message: None))
     ending = jax.tree.structure(result)
+    say = say or (lambda message: None)
+    path = _program_path(description, say)
+    compiled = _load(path, len(shapes), len(jax.tree.leaves(result)), say)
+    is_new = compiled is None
+    if compiled is None:
+        compiled = jax.jit(flat).lower(*shapes).compile()
+        _store(path, compiled, say)
+    ready = compiled
 
     def run(*given: Any) -> Any:
-        return jax.tree.unflatten(ending, compiled(*jax.tree.leaves(given)))
+        return jax.tree.unflatten(ending, ready(*jax.tree.leaves(given)))
 
     shape = hashlib.sha256(description.encode()).hexdigest()[:16]
-    _memory[description] = Program(run, shape, is_new)
-    return _memory[description]
+    _memory[known] = Program(run, shape, is_new)
+    return _memory[known]
 
 
-def _compiled(
-    description: str,
-    function: Callable[..., list[Array]],
-    shapes: list[jax.ShapeDtypeStruct],
-    say: Callable[[str], None],
-) -> tuple[Callable[..., Any], bool]:
-    """A function of flat arrays, compiled, and whether it had to be traced."""
-    _enable_compilation_cache()
+def _program_path(description: str, say: Say) -> Path | None:
+    """The file of a program, or None where none can be kept; that is said once."""
+    try:
+        name = hmac.digest(_key(), b"name", "sha256").hex()[:8]
+        folder = cache_folder("programs")
+    except OSError as problem:
+        _say_once(f"compiled programs are not kept for the next run: {problem}", say)
+        return None
     digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
-    path = _program_path(digest)
-    exported = _load(path, say)
-    is_new = exported is None
-    if exported is None:
-        exported = jax.export.export(jax.jit(function))(*shapes)
-        _store(path, exported, say)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        compiled = jax.jit(exported.call).lower(*shapes).compile()
-    if any("compilation cache" in str(w.message) for w in caught):
-        # JAX never overwrites an entry that it cannot read, so all are made anew.
-        say("the cache of compiled programs is damaged; it is made again")
-        folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
-        for entry in Path(folder).glob("*-cache"):
-            entry.unlink(missing_ok=True)
-    return compiled, is_new
+    return folder / f"{digest}-{name}.program"
+
+
+_said: set[str] = set()
+
+
+def _say_once(message: str, say: Say) -> None:
+    if message not in _said:
+        _said.add(message)
+        say(message)
+
+
+@cache
+def _key() -> bytes:
+    """The secret under which this user's programs are signed; made at its first use.
+
+    Raises OSError where it can neither be read nor kept.
+    """
+    from platformdirs import user_state_path
+
+    path = user_state_path("i2pdsl") / "program-key"
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    for _ in range(3):  # another process may be making it
+        try:
+            key = read_bytes(path, _DIGEST)
+            if len(key) == _DIGEST:
+                return key
+            path.unlink()
+        except FileNotFoundError:
+            pass
+        handle, name = tempfile.mkstemp(dir=path.parent)  # only the user may read it
+        try:
+            with open(handle, "wb") as file:
+                file.write(secrets.token_bytes(_DIGEST))
+            with suppress(FileExistsError):
+                os.link(name, path)  # of several processes the first one's counts
+        finally:
+            os.unlink(name)
+    raise OSError(errno.EIO, "it cannot be read back", str(path))
 
 
 @cache
 def _fingerprint() -> str:
-    """The versions that matter."""
+    """The versions and the machine: what else a program depends on."""
     package = Path(__file__).parent
     content = hashlib.sha256()
     for name in _SOURCES:
@@ -118,51 +162,51 @@ def _fingerprint() -> str:
         for path in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
             content.update(path.read_bytes())
     versions = " ".join(f"{name} {version(name)}" for name in _LIBRARIES)
-    return f"{versions} {jax.default_backend()} {content.hexdigest()}"
+    devices = [d.device_kind for d in jax.devices()]
+    flags = os.environ.get("XLA_FLAGS", "")
+    return f"{versions} {devices} {_processor()} {flags} {content.hexdigest()}"
 
 
-def _program_path(digest: str) -> Path | None:
+def _processor() -> str:
+    """What the processor can do: machine code for one is not for every other."""
     try:
-        return cache_folder("programs") / f"{digest}.jax"
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return None
+        return platform.platform()
+    said = ("model name", "flags", "Features")
+    lines = {line for line in text.splitlines() if line.startswith(said)}
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
-def _load(path: Path | None, say: Callable[[str], None]) -> jax.export.Exported | None:
+def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., Any] | None:
+    """The program in a file, for so many arguments and results, or None."""
     if path is None:
         return None
     try:
-        data = path.read_bytes()
-        check, program = data[:32], data[32:]
-        if hashlib.sha256(program).digest() != check:
-            raise ValueError("the checksum is wrong")
-        return jax.export.deserialize(bytearray(program))
+        data = read_bytes(path, _MOST_BYTES)
+        if not hmac.compare_digest(hmac.digest(_key(), data[_DIGEST:], "sha256"), data[:_DIGEST]):
+            raise ValueError("it is not what was written")
+        return serialize_executable.deserialize_and_load(
+            data[_DIGEST:],
+            jax.tree.structure(((0,) * given, {})),
+            jax.tree.structure([0] * made),
+            execution_devices=jax.devices()[:1],
+        )
     except FileNotFoundError:
         return None
-    except Exception as problem:  # whatever a damaged file makes the reader raise
+    except OSError as problem:
+        say(f"the cached program {path.name} cannot be read: {problem.strerror}; it is made again")
+    except Exception as problem:  # whatever makes the loader raise
         say(f"the cached program {path.name} is damaged ({problem}); it is made again")
-        return None
+    return None
 
 
-def _store(path: Path | None, exported: jax.export.Exported, say: Callable[[str], None]) -> None:
+def _store(path: Path | None, compiled: jax.stages.Compiled, say: Say) -> None:
     if path is None:
         return
-    program = bytes(exported.serialize())
+    program, _, _ = serialize_executable.serialize(compiled)
     try:
         with atomic_path(path) as temporary:
-            temporary.write_bytes(hashlib.sha256(program).digest() + program)
+            temporary.write_bytes(hmac.digest(_key(), program, "sha256") + program)
     except OSError as problem:
-        say(f"the compiled program could not be cached: {problem}")
-
-
-def _enable_compilation_cache() -> None:
-    """Keeps XLA's compiled code between runs, unless the user has chosen a place already."""
-    if jax.config.jax_compilation_cache_dir is not None:  # type: ignore[attr-defined]
-        return
-    try:
-        folder = cache_folder("compiled")
-    except OSError:
-        return
-    jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+        _say_once(f"compiled programs are not kept for the next run: {problem}", say)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.compile import Params
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.worlds.world import World
 
@@ -15,27 +13,28 @@ Array = Any
 MOST_SUFFIX_BYTES = 400 * 2**20
 
 
-def prepare_rows(
-    world: World, appended: list[tuple[ty.Turn, ...]]
-) -> Callable[[Any, Params], Params]:
-    """A search scores an appended turn after every candidate, far more often than there are
-    states, so what each hypothesis says of the turn is tabulated, unless the table is too big."""
+def worth_a_table(world: World, tables: Any, turns: tuple[ty.Turn, ...]) -> bool:
+    """Whether what each hypothesis says of appended turns is tabulated before a search.
 
-    def prepare(tables: Any, params: Params) -> Params:
-        states = world.all_states(tables)
-        turns = [turn for group in appended for turn in group]
-        size = 4 * len(states) * world.log_prior(tables).size * len(turns)
-        if not turns or size * len(world.vocabulary.characters) > MOST_SUFFIX_BYTES:
-            return params
-        rows = []
-        for turn in turns:
-            action, _ = world.act(tables, states, turn)
-            after = world.transition(tables, states, action)
-            found = world.log_rows(tables, states, action, after)
-            rows.append(found[0].__array_namespace__().stack(found, axis=1))
-        return params._replace(suffix_rows=tuple(rows))
+    A search scores an appended turn after every candidate, far more often than there are states,
+    so it is, unless the table is too big.
+    """
+    if not turns:
+        return False
+    size = 4 * len(world.all_states(tables)) * world.log_prior(tables).size * len(turns)
+    return size * len(world.vocabulary.characters) <= MOST_SUFFIX_BYTES
 
-    return prepare
+
+def tabulate_turns(world: World, tables: Any, turns: tuple[ty.Turn, ...]) -> tuple[Array, ...]:
+    """For each appended turn log P(action | H) in every state, [S, U, O, H]."""
+    states = world.all_states(tables)
+    rows = []
+    for turn in turns:
+        action, _ = world.act(tables, states, turn)
+        after = world.transition(tables, states, action)
+        found = world.log_rows(tables, states, action, after)
+        rows.append(found[0].__array_namespace__().stack(found, axis=1))
+    return tuple(rows)
 
 
 def append_turns(
@@ -47,7 +46,7 @@ def append_turns(
 ) -> list[tuple[Frame, Array]]:
     """The frames of appended turns after a frame, and whether each can happen.
 
-    `rows` are the tables of `prepare`, if there are any.
+    `rows` are the tables of `tabulate_turns`, if there are any.
     """
     found = []
     possible: Array = True

@@ -31,7 +31,8 @@ class Params(NamedTuple):
     masks: Array  # bool [n, H]
     groups: tuple[Array, ...]  # one-hot [H, V]
     quantities: Array  # [n, H]
-    # For each appended turn log P(action | H) in every state, [S, U, O, H]; see `prepare`.
+    places: tuple[Array, ...]  # numbers of a world's cells
+    # For each appended turn log P(action | H) in every state, [S, U, O, H]; see appended.py.
     suffix_rows: tuple[Array, ...] = ()
 
 
@@ -46,6 +47,7 @@ class Compiler:
     masks: list[ty.Mask] = field(default_factory=list)
     groups: list[ty.Partition] = field(default_factory=list)
     quantities: list[tuple[float, ...]] = field(default_factory=list)
+    places: list[tuple[int, ...]] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
     on_reduction: Callable[[ty.Reduction], Closure] | None = None
 
@@ -63,6 +65,7 @@ class Compiler:
             np.array(self.masks, dtype=bool).reshape(-1, hypotheses),
             tuple(groups),
             np.array(self.quantities, dtype=float).reshape(-1, hypotheses),
+            tuple(np.array(p, dtype=np.int32) for p in self.places),
         )
 
     # Parameters.
@@ -235,8 +238,8 @@ class Compiler:
     def _feature(self, node: ty.Feature) -> Closure:
         assert node.moment is not None
         name = node.predicate
-        arguments = self.world.feature_arguments(name, node.arguments)
-        self.shape.append(f"{name}{arguments}")
+        arguments = [self._argument(a) for a in self.world.feature_arguments(name, node.arguments)]
+        self.shape.append(name)
         moment = self.moment(node.moment)
 
         def value(scope: Scope) -> Array:
@@ -244,12 +247,23 @@ class Compiler:
             if view.frame is None:
                 return scope.xp.zeros(())
             frame = view.frame
+            given = tuple(a(scope) for a in arguments)
             holds = scope.world.feature(
-                scope.tables, name, arguments, frame.state, frame.before, frame.action
+                scope.tables, name, given, frame.state, frame.before, frame.action
             )
             return _where_exists(scope, view.exists, holds * 1.0)
 
         return value
+
+    def _argument(self, argument: Any) -> Closure:
+        """An argument of a predicate. A place is a parameter: on another map it lies elsewhere."""
+        if not isinstance(argument, tuple):
+            self.shape.append(f"{argument},")
+            return lambda scope: argument
+        number = len(self.places)
+        self.places.append(argument)
+        self.shape.append(f"place{len(argument)},")
+        return lambda scope: scope.params.places[number]
 
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None

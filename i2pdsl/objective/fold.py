@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.appended import append_turns, extended, prepare_rows
+from i2pdsl.objective.appended import append_turns, extended
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.worlds.world import World
@@ -31,21 +31,19 @@ class Objective:
         init: (tables, params, state) -> carry.
         step: (tables, params, carry, frame) -> carry.
         score: (tables, params, carry, frame) -> number; `frame` is the last one so far.
-        prepare: (tables, params) -> params, once before a search: what is worth a table.
         params: what this story passes to them.
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
-        has_suffix: whether it scores appended turns.
+        suffix_turns: the appended turns that it scores.
     """
 
     init: Callable[..., Any]
     step: Callable[..., Any]
     score: Callable[..., Array]
-    prepare: Callable[[Any, Params], Params]
     params: Params
     shape: str
     keeps_history: bool
-    has_suffix: bool
+    suffix_turns: tuple[ty.Turn, ...]
 
 
 def compile_objective(
@@ -81,11 +79,10 @@ def compile_objective(
         score=_score(
             world, built, weights, plausible, sums, history, length, suffixes, bool(chances)
         ),
-        prepare=prepare_rows(world, suffixes),
         params=compiler.params(),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
-        has_suffix=bool(suffixes),
+        suffix_turns=tuple(turn for group in suffixes for turn in group),
     )
 
 

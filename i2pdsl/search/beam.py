@@ -16,17 +16,26 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
+from i2pdsl.objective.appended import tabulate_turns, worth_a_table
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.programs import Program, compiled_program
-from i2pdsl.search.rollout import Node, advance, children, root, scores
+from i2pdsl.programs import Program, Say, compiled_program
+from i2pdsl.search.rollout import Node, children, root, scores
+from i2pdsl.worlds.grid.planning import memory_limit
 from i2pdsl.worlds.grid.world import GridWorld
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.sizes import padded_size
+from i2pdsl.worlds.world import World, single_precision
 
 Array = Any
 
 BLOCK_BYTES = 192 * 2**20  # of working memory for one block of starts
+
+# What a search takes for each child and hypothesis, and for each pair of places of a beam that are
+# compared (measured: the kitchen, 2 cores). Another machine is not ten times as fast.
+CHILD_SECONDS, PAIR_SECONDS = 8e-9, 2e-9
+LONG, TOO_LONG = 600.0, 24 * 3600.0  # seconds that are said, and that are refused
 
 
 @dataclass(frozen=True)
@@ -75,8 +84,10 @@ def beam_search(
         report: called with (starts done, all starts).
         say: is told of damaged caches.
 
-    Raises KeyboardInterrupt if it is interrupted before anything was found.
+    Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where it
+    would need too much memory, or more than a day.
     """
+    check_size(world, objective, length, len(starts), width, events, say)
     ready = prepare_beam(world, objective, length, len(starts), width, events, say)
     block, run = ready.block, ready.program.run
     found: list[tuple[np.ndarray, np.ndarray]] = []
@@ -125,51 +136,92 @@ def prepare_beam(
     say: Callable[[str], None] | None = None,
 ) -> Beam:
     """Compiles a beam search from `count` starts, or finds it in the cache."""
-    block = min(count, block_size(world, objective, length, width, events))
-    tables = single_precision(world)
+    most = block_size(world, objective, length, width, events)
+    block = min(padded_size(count, 64), most)
+    tables = world.search_tables
     began = time.perf_counter()
-    params = prepared(world, objective, tables)
-    # The cells of appended turns are numbers inside the program.
-    cells = tuple(world.cell_number) if objective.has_suffix else ()
-    key = ("beam", objective.shape, world.moves, cells, length, width, events)
+    params = prepared(world, objective, say)
+    layout = world.program_key(objective.suffix_turns)
+    key = ("beam", objective.shape, layout, length, width, events)
     search = partial(_search_block, world, objective, length, width, events)
     arguments = (tables, params, np.zeros(block, np.int32))
     program = compiled_program(key, search, arguments, (0, 0), say)
     return Beam(program, tables, params, block, time.perf_counter() - began)
 
 
-def block_size(
+def branching(world: GridWorld, events: tuple[int, ...]) -> int:
+    """How many children a script has, those that are not possible included."""
+    return world.moves.turn_count + len(events) * world.moves.slots
+
+
+def start_bytes(
     world: GridWorld, objective: Objective, length: int, width: int, events: tuple[int, ...]
 ) -> int:
-    """How many starts fit into BLOCK_BYTES."""
-    branching = world.moves.turn_count + len(events) * world.moves.cell_count
+    """Working memory for one start."""
     belief = world.tables.log_prior.size
     per_child = 4 * belief * 8
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
-    return max(1, int(BLOCK_BYTES // (per_child * branching * width)))
+    return width * (per_child * branching(world, events) + 16 * length)
 
 
-def single_precision(world: World) -> Any:
-    """A world's tables as JAX arrays in single precision."""
-    return jax.tree.map(_single, world.tables)
+def block_size(
+    world: GridWorld, objective: Objective, length: int, width: int, events: tuple[int, ...]
+) -> int:
+    """How many starts fit into BLOCK_BYTES."""
+    return max(1, BLOCK_BYTES // start_bytes(world, objective, length, width, events))
 
 
-def _single(array: np.ndarray) -> Array:
-    array = np.asarray(array)
-    if array.dtype == np.float64:
-        return jnp.asarray(array, dtype=jnp.float32)
-    if array.dtype == np.int64:
-        return jnp.asarray(array, dtype=jnp.int32)
-    return jnp.asarray(array)
+def check_size(
+    world: GridWorld,
+    objective: Objective,
+    length: int,
+    starts: int,
+    width: int,
+    events: tuple[int, ...],
+    say: Say | None = None,
+) -> None:
+    """Refuses a search that does not fit or takes more than a day, and says when it takes long.
+
+    Raises StoryError.
+    """
+    hint = "fewer `starts`, a smaller `width` or a shorter story"
+    size = f"{starts:,} starts x {width:,} scripts x {length:,} frames"
+    needed, there = start_bytes(world, objective, length, width, events), memory_limit() // 2
+    if needed > there:
+        message = (
+            f"the search ({size}) needs {needed / 2**30:.1f} GiB of memory for one start, "
+            f"{there / 2**30:.1f} GiB are there"
+        )
+        raise error("too-large", message, whole_file("search"), hint)
+    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
+    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
+    seconds = starts * length * width * (child + 4 * (width > 1) * width * PAIR_SECONDS)
+    if seconds > TOO_LONG:
+        message = f"the search ({size}) would take about {_duration(seconds)}"
+        raise error("too-large", message, whole_file("search"), hint)
+    if seconds > LONG and say is not None:
+        say(f"the search ({size}) takes about {_duration(seconds)}; Ctrl-C keeps what was found")
 
 
-def prepared(world: World, objective: Objective, tables: Any) -> Params:
+def _duration(seconds: float) -> str:
+    """A length of time in the largest unit of which there are two."""
+    for unit, size in (("days", 86_400), ("hours", 3600)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:,.0f} {unit}"
+    return f"{seconds / 60:.0f} minutes"
+
+
+def prepared(world: World, objective: Objective, say: Say | None = None) -> Params:
     """An objective's parameters in single precision, with the tables that are worth their time."""
-    params = jax.tree.map(_single, objective.params)
-    if not objective.has_suffix:
+    params = jax.tree.map(single_precision, objective.params)
+    turns, tables = objective.suffix_turns, world.search_tables
+    if not worth_a_table(world, tables, turns):
         return params
-    return jax.jit(objective.prepare)(tables, params)
+    key = ("turns", turns, world.program_key(turns))
+    tabulate = lambda tables: tabulate_turns(world, tables, turns)
+    program = compiled_program(key, tabulate, (tables,), (0,) * len(turns), say)
+    return params._replace(suffix_rows=program.run(tables))
 
 
 def _search_block(
@@ -184,32 +236,34 @@ def _search_block(
 ) -> tuple[Array, Array]:
     """The best score [B] and its actions [B, T] for a block of starts."""
 
-    def first(state: Array) -> Node:
-        node = root(world, objective, tables, params, state)
-        return jax.tree.map(lambda x: jnp.asarray(x)[None], node)
-
     choose = chooser(world, objective, width, events, tables, params)
 
-    def turn(beams: Node, _: None) -> tuple[Node, tuple[Array, Array]]:
-        return jax.vmap(choose)(beams)
+    def search(start: Array) -> tuple[Array, Array]:
+        node = root(world, objective, tables, params, start)
+        return grown(choose, node, width, length)
 
-    beams = jax.vmap(first)(starts)
-    if width == 1:
-        beams, (parents, actions) = jax.lax.scan(turn, beams, None, length=length)
-    else:
-        # The first turn has one script to go on from, not `width`.
-        beams, opening = turn(beams, None)
-        beams, later = jax.lax.scan(turn, beams, None, length=length - 1)
-        parents, actions = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), opening, later)
-    best = jnp.argmax(beams.score, axis=1)
+    found, paths = jax.vmap(search)(starts)
+    best = jnp.argmax(found, axis=1)
+    rows = jnp.arange(len(starts))
+    return found[rows, best], paths[rows, best]
+
+
+def grown(
+    choose: Callable[[Node], tuple[Node, tuple[Array, Array]]], node: Node, width: int, frames: int
+) -> tuple[Array, Array]:
+    """The scores [W] and actions [W, frames] of a beam that grows from one node."""
+    copies = jax.tree.map(lambda x: jnp.broadcast_to(x, (width, *jnp.shape(x))), node)
+    # One script to go on from: what follows the copies counts for nothing. (A first turn of its
+    # own would do less, and make the program twice as long to compile.)
+    beam = copies._replace(score=jnp.where(jnp.arange(width) > 0, -jnp.inf, copies.score))
+    beam, steps = jax.lax.scan(lambda beam, _: choose(beam), beam, None, length=frames)
 
     def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
         parent, action = step
-        rows = jnp.arange(place.shape[0])
-        return parent[rows, place], action[rows, place]
+        return parent[place], action[place]
 
-    _, path = jax.lax.scan(back, best, (parents, actions), reverse=True)
-    return beams.score[jnp.arange(len(starts)), best], path.T
+    _, paths = jax.lax.scan(back, jnp.arange(width), steps, reverse=True)
+    return beam.score, paths.T
 
 
 def chooser(
@@ -234,17 +288,13 @@ def chooser(
             picked = jnp.argmax(values, axis=1)
         else:
             picked = _best_different(width, objective.keeps_history, frames, values, beam)
-        # The first turn can have fewer children than the beam has places.
-        spare = width - len(picked)
-        picked = jnp.pad(picked, (0, spare))
         worth = values.reshape(-1)[picked]
-        worth = jnp.where(jnp.arange(width) < width - spare, worth, -jnp.inf)
         parent, child = picked // count, picked % count
         action = frames.action[parent, child]
-        parents = jax.tree.map(lambda x: x[parent], beam)
-        # Observed anew: gathering the chosen frames would keep those of all children in memory.
-        step = partial(advance, world, objective, tables, params)
-        return jax.vmap(step)(parents, action, worth), (parent, action)
+        chosen = jax.tree.map(lambda x: x[parent, child], frames)
+        carry = jax.tree.map(lambda x: x[parent], beam.carry)
+        carry = jax.vmap(partial(objective.step, tables, params))(carry, chosen)
+        return Node(chosen.number, chosen.state, chosen.belief, carry, worth), (parent, action)
 
     return choose
 
@@ -259,8 +309,8 @@ def _best_different(
     """
     flat = values.reshape(-1)
     if keeps_history:
-        return jax.lax.top_k(flat, min(width, flat.size))[1]
-    top, index = jax.lax.top_k(flat, min(2 * width, flat.size))
+        return jax.lax.top_k(flat, width)[1]
+    top, index = jax.lax.top_k(flat, 2 * width)
     count = values.shape[1]
     parent, child = index // count, index % count
     state = frames.state[parent, child]
@@ -272,5 +322,5 @@ def _best_different(
     near = jnp.abs(marks[:, None] - marks[None]) <= 1e-6 * (1 + jnp.abs(marks[None]))
     same = near.all(-1) & (state[:, None] == state[None])
     repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)
-    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), min(width, len(index)))[1]
+    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), width)[1]
     return index[kept]

@@ -28,7 +28,7 @@ from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.programs import Program, compiled_program
-from i2pdsl.search.beam import prepared, single_precision
+from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import Node, follow, resume, root
@@ -102,8 +102,8 @@ def descend(
     nodes, guess = ready.nodes, changes[:, :window]
     fixed = (ready.tables, ready.params, ready.knobs)
     start = so_far or Trajectory(np.zeros((0, MUSCLE_COUNT)), world.starts(None))
-    actions = np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)
-    states = np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)
+    actions = [np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)]
+    states = [np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
     try:
         for number in range(windows):
@@ -112,22 +112,28 @@ def descend(
             nodes, better, more, bad = jax.device_get(improved)
             first = number * stride
             kept = min(end - done - first, window) if number == windows - 1 else stride
-            longer = np.concatenate([actions, better[:, :kept]], axis=1)
-            actions, states = longer, np.concatenate([states, more[:, :kept]], axis=1)
+            # Both at once: an interrupt finds as many actions as states.
+            actions, states = [*actions, better[:, :kept]], [*states, more[:, :kept]]
             fresh = changes[:, first + window : first + window + stride]
             guess = np.concatenate([better[:, stride:], fresh], axis=1)
             spoilt += int(bad.sum())
             if report is not None:
                 report(number + 1, windows)
     except KeyboardInterrupt:
-        if actions.shape[1] == done:
+        if len(actions) == 1:
             raise
         finished = False
-        ahead = guess[:, : min(window - stride, end - actions.shape[1])]
-        actions, states = _coast(world, end, actions, states, ahead)
+        made = done + sum(part.shape[1] for part in actions[1:])
+        ahead = guess[:, : min(window - stride, end - made)]
+        coasted = _coast(world, end, _joined(actions), _joined(states), ahead)
+        actions, states = [coasted[0]], [coasted[1]]
     if spoilt and say is not None:
         say(f"{spoilt} gradients were not finite; those steps were left out")
-    return Descended(actions, states, finished, ready.seconds)
+    return Descended(_joined(actions), _joined(states), finished, ready.seconds)
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate(parts, axis=1)
 
 
 @dataclass(frozen=True)
@@ -168,10 +174,10 @@ def prepare_descent(
         message = f"{plan.seeds} seeds of {seen} frames are too many to improve at once"
         hint = "take fewer seeds, or a shorter window or lookahead"
         raise error("search", message, whole_file("search"), hint)
-    tables = single_precision(world)
+    tables = world.search_tables
     knobs = jnp.asarray([plan.rate, plan.damping], jnp.float32)
     began = time.perf_counter()
-    params = prepared(world, objective, tables)
+    params = prepared(world, objective, say)
     nodes = _roots(world, objective, length, tables, params, so_far, plan.seeds)
     bound = None if math.isinf(plan.bound) else plan.bound
     how = (plan.optimiser, plan.steps, bound)

@@ -30,9 +30,9 @@ def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], 
         state = state_as_json(spec, dynamics, int(after))
         if action >= moves.turn_count:
             number = int(action) - moves.turn_count
-            entity = moves.events[number // moves.cell_count]
+            entity = moves.events[number // moves.slots]
             name = next(e for e, things in spec.events if spec.entities[entity] in things)
-            to = [int(x) for x in dynamics.coordinates[number % moves.cell_count]]
+            to = [int(x) for x in dynamics.coordinates[number % moves.slots]]
             frames.append({"event": {name: spec.entities[entity], "to": to}, "state": state})
             continue
         frame: dict[str, Any] = {}
@@ -51,9 +51,9 @@ def turn_in_words(world: GridWorld, action: int) -> str:
     moves = world.moves
     if action >= moves.turn_count:
         number = action - moves.turn_count
-        thing = world.spec.entities[moves.events[number // moves.cell_count]]
+        thing = world.spec.entities[moves.events[number // moves.slots]]
         event = next(e for e, things in world.spec.events if thing in things)
-        column, row = (int(x) for x in world.dynamics.coordinates[number % moves.cell_count])
+        column, row = (int(x) for x in world.dynamics.coordinates[number % moves.slots])
         return f"[{event}: {thing} at ({column}, {row})]"
     acts = zip(world.spec.characters, _decoded(world, action), strict=True)
     told = (f"{who.name}: {ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts)
@@ -162,7 +162,7 @@ class GridReader:
         entity = self.spec.entities.index(thing)
         cell = self.cell(thing, event.get("to"), where)
         tables, moves = self.world.tables, self.world.moves
-        number = moves.events.index(entity) * moves.cell_count + cell
+        number = moves.events.index(entity) * moves.slots + cell
         after, possible = self.world.drops(tables, np.asarray(state))
         if not possible[number]:
             place = int(self.dynamics.cells[state, entity])

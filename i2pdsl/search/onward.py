@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,7 +14,7 @@ from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.programs import compiled_program
-from i2pdsl.search.beam import chooser, prepared, single_precision
+from i2pdsl.search.beam import chooser, grown, prepared
 from i2pdsl.search.descent import descend
 from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import prefix_scores, retraced
@@ -51,15 +50,14 @@ def continuations(
         events: the allowed events, as numbers of `world.moves.events`.
         say: is told of damaged caches.
     """
-    tables = single_precision(world)
-    params = prepared(world, objective, tables)
+    tables, params = world.search_tables, prepared(world, objective, say)
     done = len(path.actions)
     actions = np.zeros(length, np.int32)
     states = np.zeros(length + 1, np.int32)
     actions[:done], states[: done + 1] = path.actions, path.states
     given = (tables, params, actions, states, np.int32(done))
-    cells = tuple(world.cell_number) if objective.has_suffix else ()
-    key = ("onward", objective.shape, world.moves, cells, length, frames, events)
+    layout = world.program_key(objective.suffix_turns)
+    key = ("onward", objective.shape, layout, length, frames, events)
     search = partial(_search, world, objective, frames, events)
     program = compiled_program(key, search, given, (0, 0), say)
     found, worth = (np.asarray(x) for x in program.run(*given))
@@ -84,8 +82,7 @@ def descents(
     Returns: each longer script, and what it is worth as a prefix of a story of `length` frames.
     """
     found = descend(world, objective, length, plan, 0, report, so_far=path, frames=frames)
-    tables = single_precision(world)
-    params = prepared(world, objective, tables)
+    tables, params = world.search_tables, prepared(world, objective)
     paths = Trajectory(found.actions, found.states)
     worth = prefix_scores(world, objective, length, tables, params, paths)
     kept = [i for i in np.argsort(-worth) if np.isfinite(worth[i])]
@@ -111,10 +108,6 @@ def _search(
     node = retraced(world, objective, tables, params, actions, states, number)
     # A script of no value so far (a logarithm of 0) may get one.
     node = node._replace(score=jnp.zeros_like(node.score))
-    beam = jax.tree.map(lambda x: jnp.asarray(x)[None], node)
     choose = chooser(world, objective, WIDTH, events, tables, params)
-    written = jnp.zeros((1, 0), jnp.int32)
-    for _ in range(frames):
-        beam, (parent, action) = choose(beam)
-        written = jnp.concatenate([written[parent], action[:, None]], axis=1)
-    return written, beam.score
+    worth, written = grown(choose, node, WIDTH, frames)
+    return written, worth

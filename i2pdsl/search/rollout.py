@@ -68,8 +68,8 @@ def children(
     if not events:
         return frame, turns.valid
     fallen, possible = world.drops(tables, node.state)
-    cells = world.moves.cell_count
-    number = jnp.concatenate([jnp.arange(e * cells, (e + 1) * cells) for e in events])
+    slots = world.moves.slots
+    number = jnp.concatenate([jnp.arange(e * slots, (e + 1) * slots) for e in events])
     still = jnp.broadcast_to(node.belief, (len(number), *observers))
     rows_ = jnp.zeros((len(number), len(rows), *observers), node.belief.dtype)
     dropped = Frame(

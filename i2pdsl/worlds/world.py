@@ -7,6 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple, NoReturn, Protocol
 
+import numpy as np
+
 from i2pdsl.language.typed import Turn
 from i2pdsl.language.vocabulary import Vocabulary
 
@@ -67,6 +69,14 @@ class World(Protocol):
     @property
     def tables(self) -> Tables: ...
 
+    @property
+    def search_tables(self) -> Tables:
+        """The tables as searches take them: in single precision on JAX's device, and of sizes
+        that worlds of the same shape share."""
+
+    def program_key(self, turns: tuple[Turn, ...]) -> tuple[Any, ...]:
+        """What a program that may append turns depends on besides the sizes of its arrays."""
+
     def log_prior(self, tables: Tables) -> Array:
         """The belief before anything moved: [O, H]."""
 
@@ -116,6 +126,21 @@ class World(Protocol):
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
+
+
+def on_device(tables: Tables) -> Tables:
+    """A tree of NumPy arrays in single precision on JAX's device."""
+    import jax
+
+    return jax.device_put(jax.tree.map(single_precision, tables))
+
+
+def single_precision(array: np.ndarray) -> np.ndarray:
+    """float64 as float32; every integer as int32."""
+    array = np.asarray(array)
+    if array.dtype.kind == "f":
+        return array.astype(np.float32, copy=False)
+    return array.astype(np.int32, copy=False) if array.dtype.kind in "iu" else array
 
 
 class ContinuousWorld:

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import reference
+from i2pdsl import programs
 from i2pdsl.audience.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import trajectory
-from i2pdsl.search import beam, programs
+from i2pdsl.search import beam
 from i2pdsl.search.beam import Found, beam_search, draw_starts
 from worlds_for_tests import Pair, planned, small_kitchen
 

@@ -11,14 +11,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl import StoryError
+from i2pdsl import StoryError, programs
 from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.programs import Program
-from i2pdsl.search import descent, programs
-from i2pdsl.search.beam import prepared, single_precision
+from i2pdsl.search import descent
+from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
 from i2pdsl.worlds.ready import Watch
@@ -331,9 +331,9 @@ def test_tables_in_single_precision_are_the_same_world() -> None:
     made = story("depict(weight = 0.5)")
     world = made.world()
     compiled = story_objective(made.typed, world)
-    tables = single_precision(world)
+    tables = world.search_tables
     assert {a.dtype for a in jax.tree.leaves(tables)} == {np.dtype("float32"), np.dtype(bool)}
-    assert all(np.isfinite(a).all() for a in jax.tree.leaves(prepared(world, compiled, tables)))
+    assert all(np.isfinite(a).all() for a in jax.tree.leaves(prepared(world, compiled)))
 
 
 def test_stories_of_one_shape_share_a_program(tmp_path: Path) -> None:

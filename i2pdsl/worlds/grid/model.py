@@ -6,7 +6,7 @@ S states, E entities, C characters, A = 5 actions, N cells, O observers, H hypot
 
 An action of the story is a number: o_1 * n_2 + o_2 for a turn in which the characters have the
 outcomes o_1 and o_2 (an outcome is an action and whether it succeeded), then, for events,
-`turn_count` + e * N + cell.
+`turn_count` + e * slots + cell.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY
+from i2pdsl.worlds.sizes import padded_size
 from i2pdsl.worlds.world import Branches
 
 Array = Any
@@ -26,6 +29,7 @@ class Tables(NamedTuple):
     Attributes:
         cells [S, E], lookup, strides [E], successor [C, A, S]: see dynamics.py.
         coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
+        absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
         cost [A]: reward of an action away from the goal.
         gamma []: discount factor.
@@ -44,6 +48,7 @@ class Tables(NamedTuple):
     strides: Array
     successor: Array
     coordinates: Array
+    absent: Array
     success: Array
     cost: Array
     gamma: Array
@@ -56,12 +61,38 @@ class Tables(NamedTuple):
     forgetting: Array
 
 
+def padded(tables: Tables) -> Tables:
+    """The tables with states and cells up to sizes that worlds share, so that they share programs.
+
+    No number of a real state or cell leads to what is added.
+    """
+    states, cells = padded_size(len(tables.cells), 8192), padded_size(len(tables.coordinates), 128)
+    along = lambda axis, size: lambda a: _lengthened(a, axis, size)
+    return tables._replace(
+        cells=along(0, states)(tables.cells),
+        lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
+        successor=along(2, states)(tables.successor),
+        coordinates=along(0, cells)(tables.coordinates),
+        continuation=tuple(map(along(0, states), tables.continuation)),
+        goals=tuple(map(along(1, cells), tables.goals)),
+    )
+
+
+def _lengthened(array: np.ndarray, axis: int, size: int) -> np.ndarray:
+    widths = [(0, size - array.shape[axis] if i == axis else 0) for i in range(array.ndim)]
+    return np.pad(array, widths)
+
+
 @dataclass(frozen=True)
 class Moves:
-    """The static layout of actions: it does not depend on the numbers of a world."""
+    """The static layout of actions: it does not depend on the numbers of a world.
+
+    `slots` numbers are kept for the cell that a thing falls on, at least as many as there are
+    cells, so that maps of about one size share programs; none where nothing falls.
+    """
 
     weak: tuple[bool, ...]
-    cell_count: int
+    slots: int
     entities: int
     events: tuple[int, ...]  # the entity that each event drops
 
@@ -166,17 +197,18 @@ def _chance(xp: Any, outcomes: tuple[tuple[int, bool], ...], moved: Array, p: Ar
 def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
     """The states after each event (every thing onto every cell) and whether it can happen.
 
-    Shapes [..., events * N]. A thing falls only while it is absent, onto a free cell.
+    Shapes [..., events * slots]. A thing falls only while it is absent, onto a free cell.
     """
     xp = namespace(tables.cells)
-    cells = xp.arange(moves.cell_count)
+    cells = xp.arange(moves.slots)
     here = tables.cells[state]
     results, possible = [], []
     for entity in moves.events:
         code = (here * tables.strides).sum(-1)[..., None]
-        after = tables.lookup[code + (cells - moves.cell_count) * tables.strides[entity]]
-        absent = here[..., entity, None] == moves.cell_count
-        possible.append(absent & (after >= 0))
+        there = xp.where(cells < tables.absent, cells - tables.absent, 0)
+        after = tables.lookup[code + there * tables.strides[entity]]
+        absent = here[..., entity, None] == tables.absent
+        possible.append(absent & (cells < tables.absent) & (after >= 0))
         results.append(xp.where(possible[-1], after, state[..., None]))
     return xp.concatenate(results, axis=-1), xp.concatenate(possible, axis=-1)
 
@@ -256,23 +288,23 @@ def feature(
 ) -> Array:
     """Whether a predicate holds at `state`, or in the frame that led from `before` to it.
 
-    Entities are numbers; a place is given by its cell numbers.
+    Entities are numbers; a place is given by its cell numbers [n].
     """
     xp = namespace(tables.cells)
     match name:
         case "at":
             entity, places = arguments
-            return _any(xp, [tables.cells[state, entity] == cell for cell in places])
+            return (tables.cells[state, entity][..., None] == xp.asarray(places)).any(-1)
         case "absent":
-            return tables.cells[state, arguments[0]] == moves.cell_count
+            return tables.cells[state, arguments[0]] == tables.absent
         case "adjacent":
-            return _adjacent(tables, moves, state, *arguments)
+            return _adjacent(tables, state, *arguments)
     assert before is not None
     assert action is not None
     is_turn = action < moves.turn_count
     if name == "fell":
-        gone = tables.cells[before, arguments[0]] == moves.cell_count
-        return gone & (tables.cells[state, arguments[0]] != moves.cell_count)
+        gone = tables.cells[before, arguments[0]] == tables.absent
+        return gone & (tables.cells[state, arguments[0]] != tables.absent)
     who = arguments[0]
     act, _ = decode(moves, who, action, xp)
     if name == "tried":
@@ -283,16 +315,9 @@ def feature(
     return is_turn & changed if name == "moved" or entity != who else is_turn & False
 
 
-def _any(xp: Any, tests: list[Array]) -> Array:
-    result = tests[0]
-    for test in tests[1:]:
-        result = result | test
-    return result
-
-
-def _adjacent(tables: Tables, moves: Moves, state: Array, a: int, b: int) -> Array:
+def _adjacent(tables: Tables, state: Array, a: int, b: int) -> Array:
     """Whether two entities stand on neighbouring cells (both must be there)."""
     first, second = tables.cells[state, a], tables.cells[state, b]
-    present = (first != moves.cell_count) & (second != moves.cell_count)
+    present = (first != tables.absent) & (second != tables.absent)
     distance = abs(tables.coordinates[first] - tables.coordinates[second]).sum(-1)
     return present & (distance == 1)

@@ -26,7 +26,8 @@ from i2pdsl.worlds.grid.planning import (
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches, Viewer
+from i2pdsl.worlds.sizes import padded_size
+from i2pdsl.worlds.world import Branches, Viewer, on_device
 
 Array = Any
 
@@ -67,6 +68,14 @@ class GridWorld:
         return tuple(c.success for c in self.spec.characters if c.is_weak)
 
     # The protocol (worlds/world.py).
+
+    @cached_property
+    def search_tables(self) -> model.Tables:
+        return on_device(model.padded(self.tables))
+
+    def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
+        cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
+        return (self.moves, cells)
 
     def log_prior(self, tables: model.Tables) -> Array:
         return tables.log_prior
@@ -127,7 +136,7 @@ class GridWorld:
         if isinstance(turn, ty.Drop):
             entity = self.spec.entities.index(turn.thing)
             event = self.moves.events.index(entity)
-            number = event * self.moves.cell_count + self.cell_number[turn.cell]
+            number = event * self.moves.slots + self.cell_number[turn.cell]
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
         code = 0
@@ -243,6 +252,7 @@ def assemble(
         strides=dynamics.strides,
         successor=dynamics.successor,
         coordinates=coordinates,
+        absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
         cost=costs(spec),
         gamma=np.array(spec.settings.gamma),
@@ -256,7 +266,7 @@ def assemble(
     )
     moves = model.Moves(
         tuple(c.is_weak for c in spec.characters),
-        len(dynamics.coordinates),
+        padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
         len(spec.entities),
         tuple(spec.entities.index(thing) for _, things in spec.events for thing in things),
     )

@@ -17,7 +17,7 @@ from i2pdsl.worlds.hill.controllers import Controllers, find_controllers, for_we
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, masses
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
-from i2pdsl.worlds.world import ContinuousWorld, Viewer
+from i2pdsl.worlds.world import ContinuousWorld, Viewer, on_device
 
 Array = Any
 
@@ -48,6 +48,13 @@ class HillWorld(ContinuousWorld):
         return ()
 
     # The protocol (worlds/world.py).
+
+    @cached_property
+    def search_tables(self) -> model.Tables:
+        return on_device(self.tables)
+
+    def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
+        return ()
 
     def log_prior(self, tables: model.Tables) -> Array:
         return tables.log_prior
