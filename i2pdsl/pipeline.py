@@ -32,6 +32,7 @@ from i2pdsl.worlds.world import Viewer, World
 __all__ = ["Answer", "Result", "Script", "Story", "load", "script_from", "story_from"]
 
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
+RESCORED_FRAMES = 20_000  # of all of them together, if they are long
 
 
 def load(path: Path | str) -> Story:
@@ -244,6 +245,7 @@ class Story:
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds
         count = RESCORED if candidates > 1 else 8
+        count = max(candidates, min(count, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:count]
         if not len(best):
             raise self._without_value()

@@ -90,7 +90,7 @@ def compiled_program(
     compiled = _load(path, len(shapes), len(jax.tree.leaves(result)), say)
     is_new = compiled is None
     if compiled is None:
-        compiled = jax.jit(flat).lower(*shapes).compile()
+        compiled = _compile(key, flat, shapes)
         _store(path, compiled, say)
     ready = compiled
 
@@ -176,6 +176,12 @@ def _processor() -> str:
     said = ("model name", "flags", "Features")
     lines = {line for line in text.splitlines() if line.startswith(said)}
     return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
+
+
+def _compile(
+    key: tuple[Any, ...], function: Callable[..., list[Array]], shapes: list[jax.ShapeDtypeStruct]
+) -> jax.stages.Compiled:
+    return jax.jit(function).lower(*shapes).compile()
 
 
 def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., Any] | None:

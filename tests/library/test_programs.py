@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import hmac
 import json
+import os
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -47,15 +51,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def count_traces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Notes every program that is traced."""
+    """Notes every program of a search that is traced."""
     traced: list[str] = []
-    jit = programs.jax.jit
+    compile_ = programs._compile
 
-    def noted(function: Any) -> Any:
-        traced.append("one")
-        return jit(function)
+    def noted(key: tuple[Any, ...], *rest: Any) -> Any:
+        if key[0] == "beam":
+            traced.append(repr(key))
+        return compile_(key, *rest)
 
-    monkeypatch.setattr(programs.jax, "jit", noted)
+    monkeypatch.setattr(programs, "_compile", noted)
     return traced
 
 
@@ -130,3 +135,123 @@ def test_an_interrupted_compile_leaves_nothing(
     assert done.status == 130
     assert "interrupted: no library is written; 1 shape of search are in the cache" in done.err
     assert [p.name for p in tmp_path.iterdir() if "i2plib" in p.name] == []
+
+
+def solved(text: str, place: Path) -> float:
+    return story_from(Source("one.story", text), place).solve().score
+
+
+def test_a_new_map_of_the_same_shape_compiles_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other walls, tiles elsewhere, more cells, other numbers: what was compiled serves them."""
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(programs, "_memory", {})
+    cast = (
+        "tile a\n    symbol = A\ntile b\n    symbol = B\n"
+        "character mouse\n    success = {p}\n    goals = {{a, b}}\n"
+        "character cat\n    goals = {{a, none}}\n    pushes = {{mouse, crate}}\n"
+        "    toward = mouse\n    attitude = {{-1, 1}}\n"
+        "object crate\n    may_be_absent = yes\nevent deus\n    drops = {{crate}}\n"
+    )
+    maps = ("A...\n    ...B", "..A..\n    .#.#.\n    B....", "......\n    AB....")
+    story = (
+        "world {name}\nlength 4\nstart absent(crate)\nallow deus(crate)\n"
+        "maximize sum_t P(rho > 0 | script[:t]) + max_t [at(mouse, a) @ script[t]]\n"
+        "search beam(starts = 20)\n"
+    )
+    traced: list[str] = []
+    for number, (rows, p) in enumerate(zip(maps, (0.6, 0.7, 0.9), strict=True)):
+        text = f"map\n    {rows}\n" + cast.format(p=p)
+        (tmp_path / f"m{number}.world").write_text(text, encoding="utf-8")
+        if number == 1:
+            traced = count_traces(monkeypatch)
+        assert solved(story.format(name=f"m{number}"), tmp_path) > 4
+    assert traced == []
+
+
+SIMPLE = "world fork\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])\n"
+
+
+def forged(data: bytes) -> list[bytes]:
+    """Programs that nobody compiled: with the digest of a key that all know, with one bit another,
+    cut short, empty, without the digest."""
+    body = data[32:-100] + bytes(100)
+    return [
+        hashlib.sha256(body).digest() + body,
+        hmac.digest(b"", body, "sha256") + body,
+        data[:5000] + bytes([data[5000] ^ 1]) + data[5001:],
+        data[: len(data) // 2],
+        data[:7],
+        b"",
+        data[32:],
+        pickle.dumps(Bomb()),
+        hashlib.sha256(pickle.dumps(Bomb())).digest() + pickle.dumps(Bomb()),
+    ]
+
+
+class Bomb:
+    """Unpickling it would end the test."""
+
+    def __reduce__(self) -> Any:
+        return (pytest.exit, ("a forged program was run",))
+
+
+def test_what_another_wrote_is_never_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path / "cache"))
+    story = story_from(Source("one.story", SIMPLE), tmp_path)
+    said: list[str] = []
+
+    def program() -> programs.Program:
+        monkeypatch.setattr(programs, "_memory", {})
+        found = prepare(story, Watch(say=said.append))
+        assert found is not None
+        return found
+
+    assert program().is_new
+    (path,) = (p for p in (tmp_path / "cache" / "programs").iterdir() if p.stat().st_size > 1000)
+    data = path.read_bytes()
+    for attempt in forged(data):
+        path.write_bytes(attempt)
+        said.clear()
+        assert program().is_new
+        assert len(said) == 1
+        assert f"the cached program {path.name} is damaged" in said[0]
+        assert not program().is_new  # it was made again
+    for odd in (os.mkfifo, Path.mkdir):
+        path.unlink()
+        odd(path)
+        said.clear()
+        assert program().is_new
+        assert any("cannot be read" in message for message in said)
+        path.rmdir() if path.is_dir() else None
+
+
+def test_the_key_is_the_users_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    programs._key.cache_clear()
+    first = programs._key()
+    (path,) = (tmp_path / "state" / "i2pdsl").iterdir()
+    assert path.stat().st_mode & 0o777 == 0o600
+    programs._key.cache_clear()
+    assert programs._key() == first
+    path.write_bytes(b"short")
+    programs._key.cache_clear()
+    assert len(programs._key()) == 32
+    programs._key.cache_clear()
+
+
+def test_without_a_place_for_the_key_the_story_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "state").write_text("a file", encoding="utf-8")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr(programs, "_memory", {})
+    monkeypatch.setattr(programs, "_said", set())
+    programs._key.cache_clear()
+    said: list[str] = []
+    story = story_from(Source("one.story", SIMPLE), tmp_path)
+    result = story.solve(watch=Watch(say=said.append))
+    assert result.score > 3
+    assert len(said) == 1
+    assert "compiled programs are not kept for the next run" in said[0]

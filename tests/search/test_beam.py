@@ -10,8 +10,9 @@ import pytest
 import reference
 from i2pdsl import programs
 from i2pdsl.audience.replay import replay
+from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import trajectory
+from i2pdsl.pipeline import story_from, trajectory
 from i2pdsl.search import beam
 from i2pdsl.search.beam import Found, beam_search, draw_starts
 from worlds_for_tests import Pair, planned, small_kitchen
@@ -212,3 +213,24 @@ def test_random_scripts_never_beat_the_search(pair: Pair) -> None:
     for _ in range(30):
         path = pair.random_script(random, 5, events=0.0)
         assert score(pair, text, path.start, path.actions) <= found.scores[0] + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ("length 15\nsearch beam(starts = 1000000, width = 10000)", "would take about"),
+        ("length 100000\nsearch beam(width = 1000)", "would take about"),
+        (
+            "length 20000\nmaximize sum_t P(G_robot = left | script[:5])\n"
+            "search beam(width = 10000)",
+            "GiB of memory for one start",
+        ),
+    ],
+)
+def test_a_search_without_end_is_refused_with_numbers(settings: str, said: str) -> None:
+    text = f"world fork\n{settings}\nmaximize sum_t P(G_robot = left | script[:t])\n"
+    with pytest.raises(StoryError) as caught:
+        story_from(Source("big.story", text)).solve()
+    (problem,) = caught.value.diagnostics
+    assert said in problem.message
+    assert problem.span.text.startswith("search beam")
