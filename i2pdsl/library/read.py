@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.scope import Module, standard_library
 from i2pdsl.language.vocabulary import Vocabulary
@@ -58,7 +58,8 @@ def read_library(path: Path) -> PatternLibrary:
     try:
         state = path.stat()
     except (OSError, ValueError):
-        raise error("no-file", "there is no such file", whole_file(str(path))) from None
+        read_document(path)  # says why it cannot be read
+        raise
     return _read(path, state.st_mtime_ns, state.st_size)
 
 
