@@ -60,7 +60,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
         temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
     except OSError as problem:
-        if problem.filename is not None and _TEMPORARY not in str(problem.filename):
+        names = [str(n) for n in (problem.filename, problem.filename2) if n is not None]
+        if names and not any(_TEMPORARY in name for name in names):
             raise  # of another file
         raise OSError(problem.errno, problem.strerror or str(problem), str(path)) from problem
     finally:

@@ -126,7 +126,7 @@ def without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def json_excess(text: str, deepest: int, most: int = 10_000_000) -> str | None:
+def json_excess(text: str, deepest: int, most: int = 5_000_000) -> str | None:
     """What there is more of in a JSON text than is read, before it is: `nested too deeply`, or
     more than `most` lists and objects. None where it is all right."""
     depth = count = 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from i2pdsl.commands.output import echo
+
 
 @click.command()
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
@@ -15,4 +17,4 @@ def completion(shell: str) -> None:
     assert kind is not None
     from i2pdsl.cli import program
 
-    click.echo(kind(program, {}, "i2p", "_I2P_COMPLETE").source())
+    echo(kind(program, {}, "i2p", "_I2P_COMPLETE").source())

@@ -7,7 +7,7 @@ import sys
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, WRONG
+from i2pdsl.commands.output import DONE, WRONG, echo
 
 
 @click.command()
@@ -24,7 +24,7 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
     for path in paths:
         if path == "-":
             source = decode(sys.stdin.buffer.read(), "standard input")
-            click.echo(format_source(source), nl=False)
+            echo(format_source(source), nl=False)
             continue
         for file in story_files(path):
             form = format_world if file.suffix == ".world" else format_source
@@ -32,7 +32,7 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
             text = form(decode(data, str(file)))
             if data == text.encode():
                 continue
-            click.echo(str(file))
+            echo(str(file))
             if only_check:
                 status = WRONG
             else:

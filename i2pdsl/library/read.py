@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -42,11 +43,13 @@ class PatternLibrary:
         return sorted(found, key=lambda p: p["name"])
 
     def vocabulary(self, world: str) -> Vocabulary | None:
-        """The words of a world of the library, or of a built-in one."""
+        """The words of a world of the library, or of a built-in one; None where it is none."""
         for stored in self.document["worlds"]:
             if stored["name"] == world:
                 source = Source(stored["file"], stored["source"])
-                return vocabulary_of(parse_world(source, Path(stored["file"]).stem))
+                with suppress(StoryError):
+                    return vocabulary_of(parse_world(source, Path(stored["file"]).stem))
+                return None
         return find_vocabulary(world) if world in builtin_worlds() else None
 
 
