@@ -19,7 +19,7 @@ from i2pdsl.untrusted import read_bytes
 
 LONGEST_FILE = 500_000  # characters; a story is read by people
 LARGEST_TEXT = 4 * LONGEST_FILE + 3  # bytes of as many characters, and of a byte order mark
-LARGEST_SCRIPT = 128 * 2**20  # bytes; the longest story's on the kitchen's map has 20 MB
+LARGEST_SCRIPT = 128 * 2**20  # bytes; of the hill's script with most frames, 124 MB
 DEEPEST = 200  # nesting (language.md)
 
 _OPENERS = {"(": ")", "[": "]", "{": "}"}
