@@ -139,8 +139,8 @@ class _Packer:
                     continue
                 program = _as_library(source)
                 if program is not None:
-                    libraries.append((path, program))
                     self.names[path.resolve()] = self.stored_name(path)
+                    libraries.append((path, program))
                     continue
                 checked = check_source(source, find_vocabulary, path.parent)
                 self.warnings.extend(checked.warnings)
