@@ -117,9 +117,9 @@ def test_a_later_version(good: Document, path: Path) -> None:
 
 def test_a_file_that_is_too_large(path: Path) -> None:
     path.write_bytes(b" " * (LARGEST + 1))
-    began = time.perf_counter()
+    began = time.process_time()
     assert "too large" in said(path)
-    assert time.perf_counter() - began < 1
+    assert time.process_time() - began < 1
 
 
 def test_a_cut_file(good: Document, path: Path) -> None:
@@ -285,20 +285,20 @@ def test_much_of_everything_is_bounded(good: Document, path: Path) -> None:
     document = copied(good)
     document["files"] = [{**good["files"][1], "source": "\n".join(chain), "imports": {}}]
     forge(document, path)
-    began = time.perf_counter()
+    began = time.process_time()
     assert "disagree" in said(path)
-    assert time.perf_counter() - began < 10
+    assert time.process_time() - began < 10
     for text in ("let x{0} = {0}\n", "import x{0}\n", "nothing{0} at all\n"):
         document["files"][0]["source"] = "".join(text.format(i) for i in range(10_000))
         forge(document, path)
-        began = time.perf_counter()
+        began = time.process_time()
         assert "too large: " in said(path)
-        assert time.perf_counter() - began < 3
+        assert time.process_time() - began < 3
     document["files"][0]["source"] = "pattern p(x) = x" + " + x" * 45_000
     forge(document, path)
-    began = time.perf_counter()
+    began = time.process_time()
     assert "disagree" in said(path)
-    assert time.perf_counter() - began < 20
+    assert time.process_time() - began < 20
 
 
 def survives(data: bytes, path: Path) -> None:
