@@ -118,7 +118,7 @@ def test_full_standard_output(arguments: list[str]) -> None:
             input="world kitchen\n",
         )  # fmt: skip
     assert done.returncode == 1
-    assert done.stderr == "error: No space left on device: standard output\n"
+    assert done.stderr == "error: No space left on device\n"
 
 
 def test_a_picture_that_cannot_be_written_is_named(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import click
 
-from i2pdsl.commands.output import echo
-
 
 @click.command()
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
@@ -17,4 +15,4 @@ def completion(shell: str) -> None:
     assert kind is not None
     from i2pdsl.cli import program
 
-    echo(kind(program, {}, "i2p", "_I2P_COMPLETE").source())
+    click.echo(kind(program, {}, "i2p", "_I2P_COMPLETE").source())

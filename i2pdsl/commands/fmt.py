@@ -7,7 +7,7 @@ import sys
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, WRONG, echo
+from i2pdsl.commands.output import DONE, WRONG
 
 
 @click.command()
@@ -24,7 +24,7 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
     for path in paths:
         if path == "-":
             source = decode(sys.stdin.buffer.read(), "standard input")
-            echo(format_source(source), nl=False)
+            click.echo(format_source(source), nl=False)
             continue
         for file in story_files(path):
             form = format_world if file.suffix == ".world" else format_source
@@ -32,7 +32,7 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
             text = form(decode(data, str(file)))
             if data == text.encode():
                 continue
-            echo(str(file))
+            click.echo(str(file))
             if only_check:
                 status = WRONG
             else:

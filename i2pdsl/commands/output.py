@@ -52,7 +52,7 @@ def output_json(document: Any) -> None:
         text.encode(encoding)
     except UnicodeEncodeError:  # a terminal without Unicode, or a file name that is not UTF-8
         text = json.dumps(finite(document))
-    echo(text)
+    click.echo(text)
 
 
 def finite(value: Any) -> Any:
@@ -67,17 +67,7 @@ def finite(value: Any) -> Any:
 def output(text: str) -> None:
     """A result for people; characters that the terminal does not have are spelt out."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    echo(harmless(text).encode(encoding, "backslashreplace").decode(encoding))
-
-
-def echo(text: str, nl: bool = True) -> None:
-    """Writes a result; raises OSError that names standard output where it cannot be written."""
-    try:
-        click.echo(text, nl=nl)
-    except BrokenPipeError:
-        raise
-    except OSError as problem:
-        raise OSError(problem.errno, problem.strerror, "standard output") from None
+    click.echo(harmless(text).encode(encoding, "backslashreplace").decode(encoding))
 
 
 def check_writable(folder: Path) -> None:
