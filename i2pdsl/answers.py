@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.language.vocabulary import Vocabulary, show_value
+from i2pdsl.language.vocabulary import UNKNOWN, Vocabulary, show_value
 
 if TYPE_CHECKING:
     import pandas
@@ -41,7 +41,7 @@ class Answer:
             return self.value.tolist()
         assert self.unknown is not None
         table = np.concatenate([self.value, self.unknown[..., None]], axis=-1)
-        names = (*self.labels, "unknown")
+        names = (*self.labels, UNKNOWN)
         rows = [dict(zip(names, map(float, row), strict=True)) for row in np.atleast_2d(table)]
         return rows if self.t is not None else rows[0]
 
@@ -70,7 +70,7 @@ class Answer:
             return {self.expression or "value": self.value}
         assert self.unknown is not None
         found = {name: self.value[..., i] for i, name in enumerate(self.labels)}
-        return found | ({"unknown": self.unknown} if np.any(self.unknown > 0) else {})
+        return found | ({UNKNOWN: self.unknown} if np.any(self.unknown > 0) else {})
 
     def to_pandas(self) -> pandas.Series | pandas.DataFrame:
         """A Series over t (or over a latent's values), or a DataFrame [t, values] for both.
@@ -107,6 +107,6 @@ def latent_of(partition: ty.Partition, vocabulary: Vocabulary) -> str | None:
     told = [partition.labels[index] for index in partition.index]
     for name in vocabulary.latents:
         rows = vocabulary.hypotheses
-        if told == [show_value(row[name]) if name in row else "unknown" for row in rows]:
+        if told == [show_value(row[name]) if name in row else UNKNOWN for row in rows]:
             return name
     return None

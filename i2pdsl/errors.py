@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ class Source:
 
     @cached_property
     def line_starts(self) -> list[int]:
-        return [0] + [i + 1 for i, c in enumerate(self.text) if c == "\n"]
+        return [0] + [found.end() for found in re.finditer("\n", self.text)]
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column of a character offset."""
@@ -78,7 +79,7 @@ class Diagnostic:
             parts.append(_excerpt(note.span))
         if self.hint:
             parts.append(f"  hint: {self.hint}")
-        return "\n".join(part for part in parts if part)
+        return harmless("\n".join(part for part in parts if part))
 
     def as_json(self) -> dict[str, object]:
         """The diagnostic as plain data for editors; positions count from 1."""
@@ -131,9 +132,14 @@ def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     return None
 
 
+_LONGEST_WORD = 200  # characters; nobody misspelt more, and comparing takes long
+
+
 def closest(word: str, known: Iterable[str]) -> str | None:
     """The known word that `word` is most likely a misspelling of."""
     words = sorted(set(known))
+    if len(word) > _LONGEST_WORD:
+        return None
     lowered = {w.lower(): w for w in words}
     if word.lower() in lowered:
         return lowered[word.lower()]
@@ -147,6 +153,17 @@ def shorten(text: str) -> str:
     """A piece of a story on one line, cut where it is long, for use in a message."""
     line = " ".join(text.split())
     return line if len(line) <= 40 else line[:39] + "…"
+
+
+def harmless(text: str) -> str:
+    """A text for a terminal: characters that would steer it are shown as �.
+
+    Lines stay lines, and halves of characters, which file names have that are not UTF-8.
+    """
+    if text.isprintable():
+        return text
+    steering = lambda c: not c.isprintable() and c not in "\n\t" and not "\ud800" <= c <= "\udfff"
+    return "".join("�" if steering(c) else c for c in text)
 
 
 _WIDEST = 160  # characters of a line that are shown around a mistake

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from i2pdsl.errors import harmless
 from i2pdsl.worlds.ready import Watch
 
 
@@ -42,7 +43,7 @@ class Bars:
     def say(self, message: str) -> None:
         """A message for the person at the terminal; standard output carries results only."""
         self.close()
-        click.echo(message, err=True)
+        click.echo(harmless(message), err=True)
 
     def close(self) -> None:
         if self.shown and self.waiting:

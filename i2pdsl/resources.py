@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
@@ -29,24 +31,56 @@ def cache_folder(kind: str) -> Path:
     return folder
 
 
+# Of the names of temporary files: nothing else is called so, and what is old was left by a process
+# that was killed.
+_TEMPORARY = ".i2p-new-"
+_LEFT = re.compile(r"\.i2p-new-\w{8}(?:\..*)?", re.ASCII | re.DOTALL)
+_OLD = 3600.0  # seconds since the last write
+
+
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that becomes `path` if the block succeeds, else vanishes.
 
-    The temporary name keeps the suffix, because writers choose their format by it.
+    The temporary name keeps the suffix, because writers choose their format by it. Old temporary
+    files in the folder, which processes left that were killed, are removed.
+
+    Raises OSError that names `path` where it cannot be written (the disk is full).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    _sweep(path.parent)
+    temporary: Path | None = None
     try:
+        handle, name = tempfile.mkstemp(prefix=_TEMPORARY, suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
         yield temporary
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
+    except OSError as problem:
+        names = [str(n) for n in (problem.filename, problem.filename2) if n is not None]
+        if names and not any(_TEMPORARY in name for name in names):
+            raise  # of another file
+        raise OSError(problem.errno, problem.strerror or str(problem), str(path)) from problem
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Removes old temporary files of ours: regular files of such a name, never through a link."""
+    before = time.time() - _OLD
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(_TEMPORARY) and _LEFT.fullmatch(entry.name):
+                with suppress(OSError):
+                    if (
+                        entry.is_file(follow_symlinks=False)
+                        and entry.stat(follow_symlinks=False).st_mtime < before
+                    ):
+                        os.unlink(entry.path)
 
 
 def write_text(path: Path, text: str) -> None:

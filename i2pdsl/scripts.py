@@ -34,6 +34,7 @@ from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.search.record import Record, Trajectory, read_record
 from i2pdsl.search.script import make_record, read_path
+from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import Spec, find_spec, vocabulary_of
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.ready import Watch, ready_world, viewers_of, world_of_rules
@@ -182,7 +183,7 @@ class Script:
         return frame_table(self)
 
     def __repr__(self) -> str:
-        name, score = self.record.story.get("name"), self.score
+        name, score = shorten(self.record.title), self.score
         told = f"{name or 'script'}: world {self.world.name}, {self.length} frames"
         return f"<Script {told}{'' if score is None else f', score {score:.4g}'}>"
 
@@ -295,11 +296,12 @@ def _stored_world(record: Record, folder: Path | None) -> Spec:
     """The world of a script, with its settings. Raises StoryError."""
     name, text = record.world["name"], record.world["source"]
     where = whole_file(record.where)
-    spec: Spec | None
-    try:
-        spec = parse_world(Source(f"{name}.world", text), name) if text else find_spec(name, folder)
-    except (OSError, ValueError):  # a name that no file can have
-        spec = None
+    spec: Spec | None = None
+    if text:
+        known_as = plain_name(name)
+        spec = parse_world(Source(f"{known_as}.world", text), known_as)
+    elif is_plain_name(name):
+        spec = find_spec(name, folder)
     if spec is None:
         raise error("no-world", f"there is no world `{shorten(name)}`", where)
     known = vocabulary_of(spec).settings
@@ -331,13 +333,13 @@ def _stored_story(
     is said of the story is never an error: it informs. But whoever asks about the script misses
     its names, its assumption and its audience, so a text that is not understood is warned about.
     """
-    text, file = record.story.get("source"), record.story.get("file")
-    if not isinstance(text, str) or not text.strip():
+    text, file = record.text, record.story.get("file")
+    if not text.strip():
         return None, ()
     name = file if isinstance(file, str) and file else "story"
     try:
         place = Path(name).parent if Path(name).is_file() else folder
-    except OSError:  # a name that no file can have
+    except (OSError, ValueError):  # a name that no file can have
         place = folder
     vocabulary = vocabulary_of(spec)
     try:

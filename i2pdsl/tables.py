@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from i2pdsl.scripts import Script
 
 
+FRAMES = "t"  # what the index of frames is called
+
+
 def _library(name: str) -> Any:
     """An optional library. Raises ImportError that says how to get it."""
     try:
@@ -31,30 +34,35 @@ def _library(name: str) -> Any:
         raise ModuleNotFoundError(message, name=name) from None
 
 
+def _name(answer: Answer) -> str | None:
+    """What an answer's numbers are called: as they were asked for, but never as the frames are."""
+    return answer.expression if answer.expression not in ("", FRAMES) else None
+
+
 def answer_to_pandas(answer: Answer) -> pandas.Series | pandas.DataFrame:
     """A Series, or a DataFrame for a latent over t; rows are frames where there are any."""
     pd = _library("pandas")
-    columns, name = answer.columns(), answer.expression or None
+    columns, name = answer.columns(), _name(answer)
     if answer.labels is None:
-        rows = None if answer.t is None else pd.Index(answer.t, name="t")
+        rows = None if answer.t is None else pd.Index(answer.t, name=FRAMES)
         return pd.Series(np.atleast_1d(answer.value), index=rows, name=name)
     labels = pd.Index(list(columns), name=answer.latent)
     table = np.stack(list(columns.values()), axis=-1)
     if answer.t is None:
         return pd.Series(table, index=labels, name=name)
-    return pd.DataFrame(table, index=pd.Index(answer.t, name="t"), columns=labels)
+    return pd.DataFrame(table, index=pd.Index(answer.t, name=FRAMES), columns=labels)
 
 
 def answer_to_xarray(answer: Answer) -> xarray.DataArray:
     """A DataArray with those of the dimensions (t, latent) that the answer has."""
     xr = _library("xarray")
-    coordinates: dict[str, Any] = {} if answer.t is None else {"t": answer.t}
+    coordinates: dict[str, Any] = {} if answer.t is None else {FRAMES: answer.t}
     values = answer.value
     if answer.labels is not None:
         columns = answer.columns()
         coordinates[answer.latent or "latent"] = list(columns)
         values = np.stack(list(columns.values()), axis=-1)
-    name = answer.expression or None
+    name = _name(answer)
     return xr.DataArray(values, coords=coordinates, dims=list(coordinates), name=name)
 
 
@@ -68,7 +76,7 @@ def beliefs_table(
     what begins at frame 1 has no value at frame 0.
     """
     pd = _library("pandas")
-    frames = pd.RangeIndex(script.length + 1, name="t")
+    frames = pd.RangeIndex(script.length + 1, name=FRAMES)
     found: dict[str, Any] = {}
     questions = [(None, e) for e in expressions] + [(n, e) for n, e in named.items()]
     for name, expression in questions:
@@ -80,6 +88,8 @@ def beliefs_table(
                 column = f"{name or answer.latent} = {column}"
             if column in found:
                 raise ValueError(f"two columns are called {column!r}; name them by keywords")
+            if column == FRAMES:
+                raise ValueError(f"the frames are called {FRAMES!r}; name the column by a keyword")
             found[column] = values if answer.t is None else pd.Series(values, index=answer.t)
     return pd.DataFrame(found, index=frames)
 
@@ -91,7 +101,7 @@ def frame_table(script: Script) -> pandas.DataFrame:
     (missing where it is absent), and the event. On the hill: the world's quantities of a frame.
     """
     pd = _library("pandas")
-    table = pd.DataFrame(index=pd.RangeIndex(script.length + 1, name="t"))
+    table = pd.DataFrame(index=pd.RangeIndex(script.length + 1, name=FRAMES))
     words, record = script.world.vocabulary, script.record
     if not words.enumerable:
         plain = replace(script, module=Module(Source("table", "")))  # without the story's names

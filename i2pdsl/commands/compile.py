@@ -25,9 +25,10 @@ def compile(folder: str, library: str, no_programs: bool, as_json: bool) -> int:
     """Check the stories of a folder and pack its patterns into a library."""
     from i2pdsl.library.document import SUFFIX, with_hash, write_document
     from i2pdsl.library.pack import pack
+    from i2pdsl.untrusted import is_plain_name
 
     path = Path(library)
-    if path.suffix != SUFFIX or not path.stem.strip("."):
+    if path.suffix != SUFFIX or not is_plain_name(path.stem):
         raise click.UsageError(f"a library is called NAME{SUFFIX}, not {path.name}")
     if not Path(folder).is_dir():
         raise error("no-file", "there is no such folder", whole_file(folder))

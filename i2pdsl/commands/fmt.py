@@ -16,7 +16,7 @@ from i2pdsl.commands.output import DONE, WRONG
 def fmt(paths: tuple[str, ...], only_check: bool) -> int:
     """Format stories and worlds in place ('-': from standard input to standard output)."""
     from i2pdsl.language.format import format_source
-    from i2pdsl.language.statements import decode, read_source
+    from i2pdsl.language.statements import LARGEST_TEXT, decode, read_data
     from i2pdsl.resources import write_text
     from i2pdsl.worlds.grid.blocks import format_world
 
@@ -28,8 +28,9 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
             continue
         for file in story_files(path):
             form = format_world if file.suffix == ".world" else format_source
-            text = form(read_source(file))
-            if file.read_bytes() == text.encode():
+            data = read_data(file, LARGEST_TEXT)
+            text = form(decode(data, str(file)))
+            if data == text.encode():
                 continue
             click.echo(str(file))
             if only_check:

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from i2pdsl.errors import Diagnostic
+from i2pdsl.errors import Diagnostic, harmless
 
 DONE, WRONG, USAGE, INTERRUPTED = 0, 1, 2, 130  # exit statuses (interfaces.md)
 
@@ -24,7 +24,7 @@ def in_words(problem: OSError | MemoryError) -> str:
         return "there is not enough memory"
     what = " ".join((problem.strerror or str(problem) or type(problem).__name__).split())
     name = problem.filename2 or problem.filename
-    return f"{what}: {name}" if name else what
+    return harmless(f"{what}: {name}" if name else what)
 
 
 def forget_output() -> None:
@@ -67,7 +67,7 @@ def finite(value: Any) -> Any:
 def output(text: str) -> None:
     """A result for people; characters that the terminal does not have are spelt out."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    click.echo(text.encode(encoding, "backslashreplace").decode(encoding))
+    click.echo(harmless(text).encode(encoding, "backslashreplace").decode(encoding))
 
 
 def check_writable(folder: Path) -> None:

@@ -53,6 +53,7 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
     from i2pdsl.library.pack import pack
     from i2pdsl.library.read import read_library
     from i2pdsl.resources import data_folder
+    from i2pdsl.untrusted import plain_name
 
     if library is not None and library.endswith(SUFFIX):
         return read_library(Path(library)), Path(library)
@@ -61,7 +62,8 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
     if library is None and with_stories:
         return pack(stories, story_files(str(stories)), "standard").library, stories
     folder = place if place.is_dir() else place.parent
-    packed = pack(folder, story_files(str(place)), "standard" if library is None else place.stem)
+    name = "standard" if library is None else plain_name(place.resolve().stem)
+    packed = pack(folder, story_files(str(place)), name)
     show(packed.warnings)
     return packed.library, place
 
@@ -70,10 +72,11 @@ def described(
     pattern: dict[str, Any], library: PatternLibrary, place: Path, pictures: dict[str, str]
 ) -> dict[str, Any]:
     """A pattern as plain data; `worlds` are those that it fits."""
+    from i2pdsl.library.examples import picture_name
     from i2pdsl.library.fits import held_against_worlds
 
     folder = place if place.is_dir() or place.suffix == ".i2plib" else place.parent
-    own = [w for w in pattern["worlds"] if f"{pattern['name']}-{w}" in pictures]
+    drawn = {world: picture_name(pattern["name"], world) for world in pattern["worlds"]}
     return {
         "name": pattern["name"],
         "signature": pattern["signature"],
@@ -84,7 +87,7 @@ def described(
         "result": pattern["result"],
         "worlds": held_against_worlds(pattern, library),
         "examples": pattern["examples"],
-        "pictures": {w: pictures[f"{pattern['name']}-{w}"] for w in own},
+        "pictures": {world: pictures[n] for world, n in drawn.items() if n in pictures},
     }
 
 
@@ -104,11 +107,11 @@ def catalogue(library: PatternLibrary, folder: Path, worlds: list[str], as_json:
     from i2pdsl.progress import Bars
 
     check_writable(folder)
-    gallery = Gallery(folder / "pictures", library)
-    examples = {p["name"]: examples_of(library, p, worlds) for p in library.patterns}
-    every = [example for found in examples.values() for example in found]
-    there = sum(gallery.kept(example) is not None for example in every)
     with Bars() as bars:
+        gallery = Gallery(folder, library, bars.say)
+        examples = {p["name"]: examples_of(library, p, worlds) for p in library.patterns}
+        every = [example for found in examples.values() for example in found]
+        there = sum(gallery.kept(example) is not None for example in every)
         shown, failed, finished = make_all(gallery, every, bars)
     page = save_catalogue(folder, library, examples, shown, failed)
     for name, why in failed.items():

@@ -10,6 +10,7 @@ from i2pdsl.commands.arguments import Formats
 from i2pdsl.commands.inputs import script_or_story
 from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
 from i2pdsl.commands.pictures import draw
+from i2pdsl.commands.run import folder_name
 
 
 @click.command()
@@ -41,7 +42,7 @@ def render(
     elif solved[0].record.where == scripts[0]:
         beside = Path(scripts[0]).parent
     else:
-        beside = Path("out", str(solved[0].record.story["name"]))
+        beside = Path("out", folder_name(solved[0].record.title))
     folder = Path(out) if out is not None else beside
     files: dict[str, str] = {}
     try:

@@ -65,7 +65,7 @@ def run(
     chosen = seeds if seeds is not None else [seed or 0]
     several = len(stories) > 1 or len(chosen) > 1 or seeds is not None
     loaded = load_stories(stories, settings)
-    folders = [Path(out) / folder_name(story) for story in loaded]
+    folders = [Path(out) / folder_name(story.typed.name) for story in loaded]
     for folder in folders:
         if folders.count(folder) > 1:
             message = f"two stories would go into {folder}; run them with different --out"
@@ -104,9 +104,9 @@ def run(
     return status
 
 
-def folder_name(story: Story) -> str:
-    """The name of a story as that of a folder: never one that leads elsewhere."""
-    name = story.typed.name
+def folder_name(name: str) -> str:
+    """The name of a story, which is that of its file, as that of a folder: never one that leads
+    elsewhere."""
     return name if name.strip(".") else "story"
 
 

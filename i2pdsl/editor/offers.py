@@ -15,6 +15,7 @@ from i2pdsl.language.settings import AUDIENCES, SEARCH_SETTINGS
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.vocabulary import Setting
 from i2pdsl.resources import data_folder
+from i2pdsl.untrusted import read_bytes
 
 _WORDS_OF_LIBRARIES = ("let", "pattern", "import")
 _LARGEST_LIBRARY = 200_000  # bytes; larger files are not looked into
@@ -73,11 +74,11 @@ def _is_library(path: Path, around: Surroundings) -> bool:
             return bool(files) and _is_library(files[0], around)
         if path.suffix == COMPILED:
             return True
-        if path.suffix != ".story" or path.stat().st_size > _LARGEST_LIBRARY:
+        if path.suffix != ".story":
             return False
         if around.file is not None and path.name == around.file.name:
             return False
-        source = Source(path.name, path.read_text(encoding="utf-8"))
+        source = Source(path.name, read_bytes(path, _LARGEST_LIBRARY).decode("utf-8"))
     except (OSError, ValueError):
         return False
     words = [p.keyword for p in split_statements(source, _WORDS_OF_LIBRARIES).pieces]

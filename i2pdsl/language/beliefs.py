@@ -11,7 +11,7 @@ from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
 from i2pdsl.language.evaluate import evaluate, fold_hypotheses, is_pure
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
-from i2pdsl.language.vocabulary import Latent, show_value
+from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
@@ -165,12 +165,12 @@ class Beliefs(Frames):
     def partition(self, latent: Latent) -> ty.Partition:
         """Which value of the latent each hypothesis has; the last label is `unknown`."""
         order = {value: i for i, value in enumerate(latent.values)}
-        unknown = len(order)
+        nothing = len(order)
         index = tuple(
-            order[row[latent.name]] if latent.name in row else unknown
+            order[row[latent.name]] if latent.name in row else nothing
             for row in self.world.hypotheses
         )
-        return ty.Partition((*(show_value(v) for v in latent.values), "unknown"), index)
+        return ty.Partition((*(show_value(v) for v in latent.values), UNKNOWN), index)
 
     def latent(self, node: ast.Expr, env: Env) -> Latent:
         latent = self.latent_named(node, env)

@@ -6,6 +6,7 @@ none in the others.
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -14,8 +15,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, error, whole_file
+from i2pdsl.untrusted import read_bytes
 
 LONGEST_FILE = 500_000  # characters; a story is read by people
+LARGEST_TEXT = 4 * LONGEST_FILE + 3  # bytes of as many characters, and of a byte order mark
+LARGEST_SCRIPT = 128 * 2**20  # bytes; of the hill's script with most frames, 124 MB
 DEEPEST = 200  # nesting (language.md)
 
 _OPENERS = {"(": ")", "[": "]", "{": "}"}
@@ -52,16 +56,26 @@ class Cut(NamedTuple):
 
 
 def read_source(path: Path | str) -> Source:
-    """Reads a file as UTF-8 text; anything else is a StoryError, never a UnicodeDecodeError."""
+    """Reads a regular file as UTF-8 text; anything else is a StoryError.
+
+    A script may be larger than what people write.
+    """
     name = str(path)
+    is_written = name.endswith((".story", ".world"))
+    return decode(read_data(path, LARGEST_TEXT if is_written else LARGEST_SCRIPT), name)
+
+
+def read_data(path: Path | str, largest: int) -> bytes:
+    """The content of a regular file of at most `largest` bytes. Raises StoryError."""
+    where = whole_file(str(path))
     try:
-        data = Path(path).read_bytes()
+        return read_bytes(path, largest)
     except FileNotFoundError:
-        raise error("no-file", "there is no such file", whole_file(name)) from None
+        raise error("no-file", "there is no such file", where) from None
     except OSError as problem:
+        code = "too-long" if problem.errno == errno.EFBIG else "no-file"
         message = f"cannot be read: {problem.strerror or problem}"
-        raise error("no-file", message, whole_file(name)) from None
-    return decode(data, name)
+        raise error(code, message, where) from None
 
 
 def decode(data: bytes, name: str) -> Source:

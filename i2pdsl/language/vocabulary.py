@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+UNKNOWN = "unknown"  # what stands for a latent's value where it plays no part; no name is this
 Value = float | str | bool
 SettingValue = float | str | tuple[float, ...]
 Settings = tuple[tuple[str, SettingValue], ...]
@@ -126,4 +127,7 @@ def show_value(value: Value) -> str:
     """A latent's value as it is written in a story."""
     if isinstance(value, bool):
         return "true" if value else "false"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)  # no two values are shown alike

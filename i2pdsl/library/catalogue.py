@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import Any
+from urllib.parse import quote
 
 from i2pdsl.editor.colours import colour
 from i2pdsl.language.kinds import KINDS
@@ -17,6 +18,7 @@ from i2pdsl.library.curves import Curves
 from i2pdsl.library.examples import Example, Shown, place_of
 from i2pdsl.library.read import PatternLibrary
 from i2pdsl.resources import write_text
+from i2pdsl.untrusted import below
 
 _REFERENCE = re.compile(
     r"(?:^|(?<=[.!?)] ))(?:After|See|From) (?=[A-Z]).*|(?<=\. )[^.]*\bet al\..*$"
@@ -67,8 +69,9 @@ def save_catalogue(
         contents="\n".join(entries),
         patterns="\n".join(sections),
     )
-    write_text(folder / "index.html", page)
-    return folder / "index.html"
+    path = below(folder, "index.html")
+    write_text(path, page)
+    return path
 
 
 def _part(room: str, name: str) -> str:
@@ -214,7 +217,7 @@ def _fits(pattern: dict[str, Any]) -> str:
 
 def _example(made: Shown) -> str:
     example = made.example
-    name, place = escape(example.name), escape(place_of(example.world))
+    name, place = escape(quote(example.name)), escape(place_of(example.world))
     taken = f"{escape(example.story)}; " if example.story else ""
     panels = "\n".join(_panel(panel) for panel in made.curves)
     label = f"{_title(escape(example.pattern))} {place}"

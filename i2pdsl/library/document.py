@@ -26,7 +26,9 @@ from typing import Any
 
 from i2pdsl import __version__
 from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.language.statements import read_data
 from i2pdsl.resources import write_text
+from i2pdsl.untrusted import is_plain_name, json_excess, without_repetition
 
 FORMAT, VERSION = "i2p-library", 1
 SUFFIX = ".i2plib"
@@ -37,13 +39,12 @@ MOST_DEFINITIONS = 1000  # patterns and lets
 _MOST_IMPORTS = 1000
 _STATEMENT = re.compile(r"^[^\W\d]", re.MULTILINE)
 _DEEPEST = 12  # brackets in brackets; the format has 6
-_STRING = re.compile(r'"(?:[^"\\]|\\.)*"', re.DOTALL)
-_BRACKETS = re.compile(r"[\[\]{}]")
+_LARGEST_NUMBER = 1e300  # of what is drawn
 
 Document = dict[str, Any]
 
 
-class _Wrong(Exception):
+class WrongDocument(Exception):
     """What is wrong with a document, in words."""
 
 
@@ -87,16 +88,15 @@ def read_document(path: Path) -> Document:
     Raises StoryError for anything else.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST + 1)
-    except FileNotFoundError:
-        raise error("no-file", "there is no such file", whole_file(str(path))) from None
-    except OSError as problem:
-        message = f"cannot be read: {problem.strerror or problem}"
-        raise error("no-file", message, whole_file(str(path))) from None
+        data = read_data(path, LARGEST)
+    except StoryError as problem:
+        if problem.diagnostics[0].code != "too-long":
+            raise
+        message = f"the library is too large: at most {LARGEST:,} bytes are read"
+        raise wrong_library(path, message) from None
     try:
         return decode(data)
-    except _Wrong as problem:
+    except WrongDocument as problem:
         raise wrong_library(path, str(problem)) from None
 
 
@@ -108,50 +108,40 @@ def wrong_library(path: Path, message: str) -> StoryError:
 
 
 def decode(data: bytes) -> Document:
-    """The document in a file's bytes. Raises _Wrong, an exception of this module."""
-    if len(data) > LARGEST:
-        raise _Wrong(f"the library is too large: at most {LARGEST:,} bytes are read")
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as problem:
-        raise _Wrong(f"the library is damaged: byte {problem.start:,} is not UTF-8") from None
-    if not text.strip():
-        raise _Wrong("the library is empty")
-    _check_nesting(text)
-    try:
-        document = json.loads(text, object_pairs_hook=_without_repetition, parse_constant=_no_json)
-    except json.JSONDecodeError as problem:
-        is_cut = problem.pos >= len(text.rstrip()) - 1 or problem.msg.startswith("Unterminated")
-        cut = " (is its end missing?)" if is_cut else ""
-        message = f"the library is damaged: no JSON from line {problem.lineno} on{cut}"
-        raise _Wrong(message) from None
-    except (ValueError, RecursionError):  # a number of thousands of digits
-        raise _Wrong("the library is damaged: this is not its JSON") from None
+    """The document in a file's bytes. Raises WrongDocument."""
+    document = decode_json(data, "the library")
     _check_version(document)
     try:
         found = content_hash(document)
     except UnicodeEncodeError:
-        raise _Wrong("the library is damaged: it holds half a character") from None
+        raise WrongDocument("the library is damaged: it holds half a character") from None
     _check_type(document, _SHAPE, "the library")
     if found != document["hash"]:
-        raise _Wrong("the library is damaged: its content does not have the hash that it states")
+        message = "its content does not have the hash that it states"
+        raise WrongDocument(f"the library is damaged: {message}")
     _check_names(document)
     return document
 
 
-def _check_nesting(text: str) -> None:
-    depth = 0
-    for bracket in _BRACKETS.findall(_STRING.sub("", text)):
-        depth += 1 if bracket in "[{" else -1
-        if depth > _DEEPEST:
-            raise _Wrong("the library is damaged: nested too deep")
-
-
-def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("a key twice")
-    return found
+def decode_json(data: bytes, what: str) -> Any:
+    """The JSON in the bytes of `what`, strictly. Raises WrongDocument."""
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as problem:
+        raise WrongDocument(f"{what} is damaged: byte {problem.start:,} is not UTF-8") from None
+    if not text.strip():
+        raise WrongDocument(f"{what} is empty")
+    if json_excess(text, _DEEPEST):
+        raise WrongDocument(f"{what} is damaged: nested too deep")
+    try:
+        return json.loads(text, object_pairs_hook=without_repetition, parse_constant=_no_json)
+    except json.JSONDecodeError as problem:
+        is_cut = problem.pos >= len(text.rstrip()) - 1 or problem.msg.startswith("Unterminated")
+        cut = " (is its end missing?)" if is_cut else ""
+        message = f"{what} is damaged: no JSON from line {problem.lineno} on{cut}"
+        raise WrongDocument(message) from None
+    except (ValueError, RecursionError):  # a number of thousands of digits
+        raise WrongDocument(f"{what} is damaged: this is not its JSON") from None
 
 
 def _no_json(word: str) -> Any:
@@ -160,12 +150,12 @@ def _no_json(word: str) -> Any:
 
 def _check_version(document: Any) -> None:
     if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise _Wrong("this is not a compiled library")
+        raise WrongDocument("this is not a compiled library")
     version = document.get("version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise _Wrong("the library is damaged: its version is no number from 1 on")
+        raise WrongDocument("the library is damaged: its version is no number from 1 on")
     if version > VERSION:
-        raise _Wrong(
+        raise WrongDocument(
             f"made by a later version of i2pdsl (format {version}); this one reads format {VERSION}"
         )
 
@@ -182,11 +172,19 @@ def _path(value: Any) -> str | None:
     """Names of files inside the library: never one that leads out of it."""
     if not isinstance(value, str) or not 0 < len(value) <= 500:
         return "is no file's name"
-    parts = value.split("/")
-    odd = any(part in ("", ".", "..") or len(part) > 200 for part in parts)
-    if odd or "\\" in value or ":" in value or not value.isprintable():
+    if not all(map(is_plain_name, value.split("/"))):
         return "leads out of the library or is no file's name"
     return None
+
+
+def _own_name(value: Any) -> str | None:
+    """Of the library: what its file is called, without the suffix."""
+    return None if is_plain_name(value) else "cannot be that of a file"
+
+
+def _group(value: Any) -> str | None:
+    """Of files that are no own ones; empty for those that are."""
+    return None if value == "" else _path(value)
 
 
 def is_stored_name(name: str) -> bool:
@@ -199,6 +197,12 @@ def _count(value: Any) -> str | None:
     return None if whole and 0 < value <= 10**9 else "is no number from 1 on"
 
 
+def finite(value: Any) -> str | None:
+    """For shapes: a number that can be drawn."""
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return None if plain and abs(value) <= _LARGEST_NUMBER else "is no number"
+
+
 _DEFINITION = {
     "name": _name, "file": _path, "line": _count, "result": str, "body": str,
     "uses": {_name: _path}, "names_of_worlds": [_name],
@@ -206,50 +210,50 @@ _DEFINITION = {
 _SHAPE: dict[Any, Any] = {
     "format": str,
     "version": _count,
-    "name": str,
+    "name": _own_name,
     "made_with": str,
     "hash": str,
-    "files": [{"name": _path, "source": str, "group": str, "imports": {str: ([_path], str)}}],
+    "files": [{"name": _path, "source": str, "group": _group, "imports": {str: ([_path], str)}}],
     "patterns": [
         {
             **_DEFINITION,
             "signature": str,
             "parameters": [{"name": _name, "kind": str, "default": (str, None)}],
             "documentation": str,
-            "worlds": {str: ({"fits": bool, "with": str}, {"fits": bool, "because": str})},
-            "examples": [{"file": _path, "world": str, "call": str}],
+            "worlds": {_path: ({"fits": bool, "with": str}, {"fits": bool, "because": str})},
+            "examples": [{"file": _path, "world": _path, "call": str}],
         }
     ],
     "lets": [_DEFINITION],
-    "worlds": [{"name": str, "file": _path, "source": str}],
+    "worlds": [{"name": _path, "file": _path, "source": str}],
     "stories": [
-        {"file": _path, "world": str, "length": _count, "search": str, "source": str,
+        {"file": _path, "world": _path, "length": _count, "search": str, "source": str,
          "calls": {_name: str}}
     ],
-    "shapes": [{"shape": str, "world": str, "stories": [_path]}],
+    "shapes": [{"shape": str, "world": _path, "stories": [_path]}],
 }  # fmt: skip
 
 
 def _check_type(value: Any, shape: Any, place: str) -> None:
-    problem = _mismatch(value, shape, place)
+    problem = mismatch(value, shape, place)
     if problem is not None:
-        raise _Wrong(f"the library is damaged: {problem}")
+        raise WrongDocument(f"the library is damaged: {problem}")
 
 
-def _mismatch(value: Any, shape: Any, place: str) -> str | None:
-    """What is wrong with a value, or None."""
+def mismatch(value: Any, shape: Any, place: str) -> str | None:
+    """What is wrong with a value that should have a shape, or None."""
     match shape:
         case None:
             return None if value is None else f"{place} is not null"
         case type():
             return None if type(value) is shape else f"{place} is not {_WORDS[shape]}"
         case tuple():
-            wrong = [_mismatch(value, option, place) for option in shape]
+            wrong = [mismatch(value, option, place) for option in shape]
             return None if None in wrong else wrong[0]
         case list():
             if not isinstance(value, list):
                 return f"{place} is not a list"
-            inner = (_mismatch(v, shape[0], f"{place}[{i}]") for i, v in enumerate(value))
+            inner = (mismatch(v, shape[0], f"{place}[{i}]") for i, v in enumerate(value))
             return next((problem for problem in inner if problem), None)
         case dict():
             return _mismatch_of_record(value, shape, place)
@@ -268,8 +272,8 @@ def _mismatch_of_record(value: Any, shape: dict[Any, Any], place: str) -> str | 
     if not isinstance(keys[0], str):  # names that anything can have
         named: Callable[[Any], str | None] | type = keys[0]
         for key, item in value.items():
-            problem = _mismatch(key, named, f"a key of {place}")
-            problem = problem or _mismatch(item, shape[named], f"{place}.{key[:40]}")
+            problem = mismatch(key, named, f"a key of {place}")
+            problem = problem or mismatch(item, shape[named], f"{place}.{key[:40]}")
             if problem:
                 return problem
         return None
@@ -279,7 +283,7 @@ def _mismatch_of_record(value: Any, shape: dict[Any, Any], place: str) -> str | 
     for key, item in value.items():
         if key not in shape:
             return f"{place} has an unknown `{key[:40]}`"
-        problem = _mismatch(item, shape[key], f"{place}.{key}" if place != "the library" else key)
+        problem = mismatch(item, shape[key], f"{place}.{key}" if place != "the library" else key)
         if problem:
             return problem
     return None
@@ -289,16 +293,16 @@ def _check_names(document: Document) -> None:
     """Every file that is spoken of is there, once, and there is not too much of anything."""
     names = [file["name"] for file in document["files"]]
     if len(set(names)) < len(names):
-        raise _Wrong("the library is damaged: two of its files have one name")
+        raise WrongDocument("the library is damaged: two of its files have one name")
     for file in document["files"]:
         for target, found in file["imports"].items():
             if found != "standard" and (isinstance(found, str) or not set(found) <= set(names)):
-                shown = target[:40]
-                raise _Wrong(f"the library is damaged: the import `{shown}` leads to no file of it")
+                message = f"the import `{target[:40]}` leads to no file of it"
+                raise WrongDocument(f"the library is damaged: {message}")
     definitions = len(document["patterns"]) + len(document["lets"])
     excess = too_much([file["source"] for file in document["files"]], definitions)
     if excess:
-        raise _Wrong(f"the library is too large: {excess}")
+        raise WrongDocument(f"the library is too large: {excess}")
 
 
 def too_much(sources: list[str], definitions: int) -> str | None:

@@ -9,21 +9,33 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from i2pdsl.errors import Source, StoryError
+from i2pdsl.errors import Source, StoryError, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import standard_library
+from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.library.curves import Curves, decisive_curves
-from i2pdsl.library.document import MADE_WITH, SUFFIX, encode
+from i2pdsl.library.document import (
+    LARGEST,
+    MADE_WITH,
+    SUFFIX,
+    WrongDocument,
+    decode_json,
+    encode,
+    finite,
+    mismatch,
+)
 from i2pdsl.library.fits import uses_of
 from i2pdsl.library.read import PatternLibrary
-from i2pdsl.resources import write_text
+from i2pdsl.resources import atomic_path, write_text
+from i2pdsl.untrusted import below, plain_name, read_bytes
 
 if TYPE_CHECKING:
     from i2pdsl.progress import Bars
@@ -31,6 +43,37 @@ if TYPE_CHECKING:
 MANIFEST = "manifest.json"
 _LENGTHS = {"hill": 400}  # frames of an example that no story of the library shows
 _USUAL_LENGTH = 15
+_WIDEST = 100_000  # pixels of a picture
+
+
+def _size(value: Any) -> str | None:
+    plain = isinstance(value, list) and len(value) == 2 and all(type(x) is int for x in value)
+    return None if plain and all(0 < x <= _WIDEST for x in value) else "is no size of a picture"
+
+
+def _frames(value: Any) -> str | None:
+    return None if type(value) is int and 0 <= value <= LONGEST_STORY else "is no number of frames"
+
+
+def _colour(value: Any) -> str | None:
+    plain = isinstance(value, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", value)
+    return None if plain else "is no colour"
+
+
+# What the manifest says of an example (library/document.py, `mismatch`).
+_ENTRY: dict[str, Any] = {
+    "key": str,
+    "score": finite,
+    "size": _size,
+    "curves": [
+        {
+            "title": str, "low": finite, "high": finite, "last": _frames,
+            "series": [
+                {"label": str, "color": _colour, "dash": [finite], "values": [(finite, None)]}
+            ],
+        }
+    ],
+}  # fmt: skip
 _EXPECTATION = re.compile(r"^# expect .*\n?", re.MULTILINE)
 
 
@@ -53,7 +96,7 @@ class Example:
     @property
     def name(self) -> str:
         """Of its pictures: `pictures/NAME.png`."""
-        return f"{self.pattern}-{self.world}"
+        return picture_name(self.pattern, self.world)
 
 
 @dataclass(frozen=True)
@@ -64,6 +107,11 @@ class Shown:
     score: float
     size: tuple[int, int]
     curves: list[Curves]
+
+
+def picture_name(pattern: str, world: str) -> str:
+    """The name of the pictures of a pattern's example in a world, whatever that is called."""
+    return f"{pattern}-{plain_name(world)}"
 
 
 def examples_of(
@@ -103,7 +151,10 @@ def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
 
 def _with_library(text: str, library: PatternLibrary) -> str:
     """A story that imports the library, where it imported some of its files."""
-    imports = parse(Source("example", text)).of(ast.Import)
+    try:
+        imports = parse(Source("example", text)).of(ast.Import)
+    except StoryError:
+        return text  # it cannot be made, which is said where it is tried
     for number, statement in enumerate(reversed(imports)):
         last = number == len(imports) - 1
         new = _import_line(library) if last else ""
@@ -134,26 +185,28 @@ def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str) -> 
 
 
 class Gallery:
-    """The pictures in a folder, and what they were made from."""
+    """The pictures in the folder `pictures` of a catalogue, and what they were made from.
 
-    def __init__(self, folder: Path, library: PatternLibrary):
-        self.folder = folder
+    `say` is told where the list of these cannot be used, so that pictures are made again.
+
+    Raises OSError where a link leads out of the catalogue's folder.
+    """
+
+    def __init__(self, catalogue: Path, library: PatternLibrary, say: Callable[[str], None]):
+        self.folder = below(catalogue, "pictures", MANIFEST).parent
         self.library = library
-        self.known = _read_manifest(folder / MANIFEST)
+        self.known = _read_manifest(self.folder / MANIFEST, say)
 
     def kept(self, example: Example) -> Shown | None:
         """An example whose pictures are there and still right."""
         entry = self.known.get(example.name)
-        if entry is None or entry.get("key") != self.key(example):
+        if entry is None or entry["key"] != self.key(example):
             return None
         files = (self.folder / f"{example.name}{end}" for end in (".png", ".html"))
         if not all(file.is_file() for file in files):
             return None
-        try:
-            curves = [Curves(**panel) for panel in entry["curves"]]
-            return Shown(example, float(entry["score"]), tuple(entry["size"]), curves)
-        except (KeyError, TypeError, ValueError):
-            return None
+        curves = [Curves(**panel) for panel in entry["curves"]]
+        return Shown(example, float(entry["score"]), tuple(entry["size"]), curves)
 
     def key(self, example: Example) -> str:
         """A digest of all that the pictures depend on."""
@@ -189,8 +242,7 @@ class Gallery:
             result = story.solve(watch=bars.watch)
         title = f"{example.pattern.replace('_', ' ')}, {place_of(example.world)}"
         pictures = pictures_of([result.script], title)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".new-", dir=self.folder) as new:
+        with tempfile.TemporaryDirectory() as new:
             files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
             size = self.moved(files, example.name)
         curves = decisive_curves(story.typed, result.script, pictures.panels, example.call)
@@ -209,27 +261,43 @@ class Gallery:
 
         with Image.open(files["comic.png"]) as picture:
             size = picture.size
-        files["comic.png"].replace(self.folder / f"{name}.png")
-        files["html"].replace(self.folder / f"{name}.html")
+        for kind, end in (("comic.png", ".png"), ("html", ".html")):
+            with atomic_path(below(self.folder, name + end)) as temporary:
+                shutil.copyfile(files[kind], temporary)
         return size
 
     def unpacked(self, place: str) -> Path:
         """A folder with the library and its worlds, for its examples to be read in."""
         document = self.library.document
-        write_text(Path(place, f"{document['name']}{SUFFIX}"), encode(document))
+        write_text(below(Path(place), f"{document['name']}{SUFFIX}"), encode(document))
         for world in document["worlds"]:
             name = world["name"] if world["name"].endswith(".world") else f"{world['name']}.world"
-            write_text(Path(place, name), world["source"])
+            write_text(below(Path(place), *name.split("/")), world["source"])
         return Path(place)
 
 
-def _read_manifest(path: Path) -> dict[str, Any]:
+def _read_manifest(path: Path, say: Callable[[str], None]) -> dict[str, Any]:
+    """What is written of the pictures. What is not as it should be is said and left out."""
     try:
-        known = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        known = decode_json(read_bytes(path, LARGEST), "the list")
+        if not isinstance(known, dict):
+            raise WrongDocument("the list is damaged: it is no record")
+    except FileNotFoundError:
         return {}
-    entries = known.items() if isinstance(known, dict) else ()
-    return {name: entry for name, entry in entries if isinstance(entry, dict)}
+    except OSError as problem:
+        say(f"{path} cannot be read: {problem.strerror}; the pictures are made again")
+        return {}
+    except WrongDocument as problem:
+        say(f"{path}: {problem}; the pictures are made again")
+        return {}
+    right: dict[str, Any] = {}
+    for name, entry in known.items():
+        wrong = mismatch(entry, _ENTRY, "it")
+        if wrong is None:
+            right[name] = entry
+        else:
+            say(f"{path}: the entry {shorten(name)} is damaged: {wrong}; it is made again")
+    return right
 
 
 def place_of(world: str) -> str:

@@ -99,14 +99,26 @@ def held_against_worlds(pattern: dict[str, Any], library: PatternLibrary) -> lis
     found = []
     for world, proof in pattern["worlds"].items():
         words = library.vocabulary(world) if proof["fits"] else None
-        if words is not None and _is_right(proof.get("with", ""), pattern, library.exports, words):
+        if words is None:
+            continue
+        mistake = _mistake(proof.get("with", ""), pattern, library.exports, words)
+        if mistake is None:
             found.append(world)
+        elif mistake.message.startswith(_WHATEVER_THE_WORLD):
+            break  # to find that again takes a second for each
     return found
 
 
-def _is_right(call: str, pattern: dict[str, Any], module: Module, world: Vocabulary) -> bool:
-    uses = uses_of(pattern["result"])
-    return any(_mistakes(use, call, module, world)[0] is None for use in uses)
+def _mistake(
+    call: str, pattern: dict[str, Any], module: Module, world: Vocabulary
+) -> Diagnostic | None:
+    """None where a call can be used in some way, else what is wrong with one of the ways."""
+    mistake: Diagnostic | None = None
+    for use in uses_of(pattern["result"]):
+        mistake, _ = _mistakes(use, call, module, world)
+        if mistake is None or mistake.message.startswith(_WHATEVER_THE_WORLD):
+            break
+    return mistake
 
 
 def _some_call(

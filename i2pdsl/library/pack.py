@@ -139,8 +139,8 @@ class _Packer:
                     continue
                 program = _as_library(source)
                 if program is not None:
-                    libraries.append((path, program))
                     self.names[path.resolve()] = self.stored_name(path)
+                    libraries.append((path, program))
                     continue
                 checked = check_source(source, find_vocabulary, path.parent)
                 self.warnings.extend(checked.warnings)
@@ -241,10 +241,10 @@ class _Packer:
             place = self.folder.resolve()
             inside = path.is_relative_to(place)
             file = path.relative_to(place).as_posix() if inside else f"outside/{path.name}"
-            if not is_stored_name(file):
+            name = path.stem if path.stem not in taken else file
+            if not is_stored_name(file) or not is_stored_name(name):
                 message = "a file of this name cannot be stored in a library"
                 raise error("library", message, whole_file(str(path)), "rename the file")
-            name = path.stem if path.stem not in taken else file
             source = read_source(path).text
             self.worlds[path] = {"name": name, "file": file, "source": source}
         return str(self.worlds[path]["name"])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.scope import Module, standard_library
 from i2pdsl.language.vocabulary import Vocabulary
@@ -42,11 +43,13 @@ class PatternLibrary:
         return sorted(found, key=lambda p: p["name"])
 
     def vocabulary(self, world: str) -> Vocabulary | None:
-        """The words of a world of the library, or of a built-in one."""
+        """The words of a world of the library, or of a built-in one; None where it is none."""
         for stored in self.document["worlds"]:
             if stored["name"] == world:
                 source = Source(stored["file"], stored["source"])
-                return vocabulary_of(parse_world(source, Path(stored["file"]).stem))
+                with suppress(StoryError):
+                    return vocabulary_of(parse_world(source, Path(stored["file"]).stem))
+                return None
         return find_vocabulary(world) if world in builtin_worlds() else None
 
 
@@ -58,7 +61,8 @@ def read_library(path: Path) -> PatternLibrary:
     try:
         state = path.stat()
     except (OSError, ValueError):
-        raise error("no-file", "there is no such file", whole_file(str(path))) from None
+        read_document(path)  # says why it cannot be read
+        raise
     return _read(path, state.st_mtime_ns, state.st_size)
 
 

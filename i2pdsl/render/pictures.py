@@ -60,7 +60,7 @@ class Pictures(PictureFiles):
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
-        name = title or str(script.record.story.get("name") or script.world.name)
+        name = title or (script.record.title or script.world.name)
         self.title = printable(name)
 
     @cached_property
@@ -165,7 +165,7 @@ class Pictures(PictureFiles):
             self.film,
             self.panels,
             self.title,
-            str(self.script.record.story.get("source") or ""),
+            self.script.record.text,
             marks=self.marks,
         )
 

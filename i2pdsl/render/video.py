@@ -43,7 +43,7 @@ def write_mp4(
     encode = ["-c:v", "libx264", "-preset", "veryfast", "-tune", "animation", "-crf", "20"]
     encode += ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
     with atomic_path(Path(path)) as temporary:
-        _encode(temporary, frames, total, fps, [], encode, progress)
+        _encode(temporary, frames, total, fps, [], encode, progress, path)
 
 
 def write_gif(
@@ -64,7 +64,7 @@ def write_gif(
         palette.save(colors)
         use = ["-i", str(colors)]
         encode = ["-lavfi", "paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
-        _encode(temporary, frames, total, fps, use, encode, progress)
+        _encode(temporary, frames, total, fps, use, encode, progress, path)
 
 
 def _palette(frames: Iterator[np.ndarray]) -> Image.Image:
@@ -96,8 +96,10 @@ def _encode(
     inputs: Sequence[str],
     options: Sequence[str],
     progress: Progress | None,
+    name: PathLike,
 ) -> None:
-    """Feeds the frames to ffmpeg; raises RuntimeError with its words if it fails."""
+    """Feeds the frames to ffmpeg; raises RuntimeError with its words if it fails, and the `name`
+    that the file should have got."""
     first = next(frames)
     height, width = first.shape[:2]
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}"]
@@ -120,7 +122,8 @@ def _encode(
                 raise
         if process.returncode != 0:
             words.seek(0)
-            raise RuntimeError(f"ffmpeg failed: {words.read().decode(errors='replace').strip()}")
+            said = words.read().decode(errors="replace").strip()
+            raise RuntimeError(f"ffmpeg failed: {said}: {os.fspath(name)}")
 
 
 def _feed(

@@ -118,7 +118,8 @@ class GridReader:
         column, row = place
         number = self.world.cell_number.get((column, row))
         if number is None:
-            self.wrong(where, f"`{name}` cannot stand at [{column}, {row}]: there is no free cell")
+            shown = shorten(f"[{column}, {row}]")
+            self.wrong(where, f"`{name}` cannot stand at {shown}: there is no free cell")
         return number
 
     def frame(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
@@ -147,7 +148,7 @@ class GridReader:
             if any(name == c.name for c in self.spec.characters):
                 self.wrong(where, f"an event fills a whole frame, but `{name}` acts in it")
             if name not in ("event", "state"):
-                self.wrong(where, f"there is no character `{name}`")
+                self.wrong(where, f"there is no character `{shorten(name)}`")
         known = dict(self.spec.events)
         names = [k for k in event if k != "to"] if isinstance(event, dict) else []
         if len(names) != 1 or names[0] not in known or event[names[0]] not in known[names[0]]:

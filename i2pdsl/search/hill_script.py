@@ -16,6 +16,7 @@ from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, NODE_COUNT
 from i2pdsl.worlds.hill.world import HillWorld
 
 TOLERANCE = 0.005  # units, and units a time: single precision and a rounded decimal are far below
+_LARGEST = 1e9  # of a number
 _PARTS = ("positions", "velocities")
 
 
@@ -40,6 +41,15 @@ def _short(values: np.ndarray) -> Any:
     return float(str(values))
 
 
+def _are_numbers(value: Any, shape: tuple[int, ...]) -> bool:
+    """Whether plain data are finite numbers in lists of these lengths."""
+    if not shape:
+        return type(value) in (int, float) and abs(value) <= _LARGEST
+    first, *rest = shape
+    right = isinstance(value, list | tuple) and len(value) == first
+    return right and all(_are_numbers(part, tuple(rest)) for part in value)
+
+
 def read_hill(world: HillWorld, record: Record) -> Trajectory:
     """The script in the world's numbers, validated frame by frame. Raises StoryError."""
 
@@ -47,17 +57,10 @@ def read_hill(world: HillWorld, record: Record) -> Trajectory:
         raise error("script", f"{where}: {message}", whole_file(record.where), hint)
 
     def numbers(value: Any, shape: tuple[int, ...], what: str, where: str) -> np.ndarray:
-        size = " x ".join(map(str, shape))
-        try:
-            found = np.array(value)
-            parts = np.array(value, dtype=object).reshape(-1)
-            plain = not any(isinstance(part, bool) for part in parts)
-            good = found.shape == shape and found.dtype.kind in "if" and plain
-        except ValueError:  # lists of different lengths
-            good = False
-        if not good or not np.isfinite(found).all() or np.abs(found).max() > 1e9:
+        if not _are_numbers(value, shape):
+            size = " x ".join(map(str, shape))
             wrong(where, f'"{what}" must be {size} numbers')
-        return found.astype(float)
+        return np.array(value, dtype=float)
 
     def state(value: Any, where: str) -> np.ndarray:
         if not isinstance(value, dict):

@@ -12,10 +12,14 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import Source, Span, error, shorten, whole_file
-from i2pdsl.language.statements import read_source
+from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.statements import LONGEST_FILE, read_source
 from i2pdsl.resources import write_text
+from i2pdsl.untrusted import RepeatedKeyError, json_excess, without_repetition
 
 FORMAT, VERSION = "i2p-script", 1
+_DEEPEST = 60  # brackets in brackets; the format has 5, and a story may say more of itself
+_LONGEST_TITLE = 300  # characters
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,18 @@ class Record:
     start: dict[str, Any]
     frames: tuple[dict[str, Any], ...]
     where: str = field(default="script", compare=False)
+
+    @property
+    def title(self) -> str:
+        """What the story is called, for pictures; empty where it has no name."""
+        name = self.story.get("name")
+        return str(name)[:_LONGEST_TITLE] if isinstance(name, str | int | float) else ""
+
+    @property
+    def text(self) -> str:
+        """The story's source, if it is there and of a length that stories can have."""
+        text = self.story.get("source")
+        return text if isinstance(text, str) and len(text) <= LONGEST_FILE else ""
 
     def as_json(self) -> dict[str, Any]:
         """The JSON document. JSON has no infinity: such a score is null."""
@@ -100,13 +116,17 @@ def read_record(path: Path | str) -> Record:
 
 def parse_record(source: Source) -> Record:
     """Reads the text of a script file."""
+    excess = json_excess(source.text, _DEEPEST)
+    if excess:
+        raise error("script", f"this JSON is {excess}", Span(source, 0, 0))
     try:
-        document = json.loads(source.text)
+        document = json.loads(source.text, object_pairs_hook=without_repetition)
     except json.JSONDecodeError as problem:
         span = Span(source, problem.pos, problem.pos + 1)
         raise error("script", f"this is no JSON: {problem.msg}", span) from None
-    except RecursionError:
-        raise error("script", "this JSON is nested too deeply", Span(source, 0, 0)) from None
+    except RepeatedKeyError as problem:
+        message = f"an object of this JSON has `{shorten(str(problem))}` twice"
+        raise error("script", message, Span(source, 0, 0)) from None
     except ValueError:  # Python reads no integers of more than 4300 digits
         message = "this JSON has a number that is too long"
         raise error("script", message, Span(source, 0, 0)) from None
@@ -134,6 +154,8 @@ def parse_record(source: Source) -> Record:
         wrong('the script has no "start"', '"start": {"cheese": [3, 1], ...}')
     if not isinstance(frames, list):
         wrong('"frames" must be a list of objects')
+    if len(frames) > LONGEST_STORY:
+        wrong(f"the script has {len(frames):,} frames; at most {LONGEST_STORY:,} are read")
     for number, frame in enumerate(frames, 1):
         if not isinstance(frame, dict):
             wrong(f"frame {number}: a frame is an object, not {shorten(json.dumps(frame))}")

@@ -233,3 +233,177 @@ def test_every_standard_pattern_has_a_small_picture() -> None:
             # Figures keep their colours.
             colours = np.asarray(picture.convert("HSV"))[..., 1]
             assert (colours > 120).mean() > 0.002
+
+
+# What a catalogue finds in its own folder, and what a library says, is input.
+
+HOSTILE = '"><script>alert(1)</script>'
+
+
+def forged_library(place: Path, target: Path, **changes: Any) -> Path:
+    """The library with other values, and the hash that these have."""
+    from libraries_for_tests import forge
+
+    document = json.loads((place / "sides.i2plib").read_text(encoding="utf-8"))
+    forge({**document, **changes}, target)
+    return target
+
+
+@pytest.mark.parametrize("name", ["../evil", "/tmp/evil", ".", "..", "a\0b", "CON", "a/b", " "])
+def test_a_forged_name_writes_nowhere(name: str, place: Path, tmp_path: Path, i2p: Run) -> None:
+    world = {"name": name, "file": "w.world", "source": "map\n    ..\ncharacter a\n"}
+    for changes in ({"name": name}, {"worlds": [world]}):
+        if changes == {"worlds": [{**world, "name": "a/b"}]}:
+            continue  # a world in a folder of the library
+        library = forged_library(place, tmp_path / "forged.i2plib", **changes)
+        done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+        assert done.status == 1
+        assert done.err.startswith(f"{library}:1:1: error[library]: the library is damaged: ")
+        assert [p.name for p in tmp_path.iterdir()] == ["forged.i2plib"]
+
+
+def test_no_link_in_the_folder_is_followed(place: Path, tmp_path: Path, i2p: Run) -> None:
+    book, outside = tmp_path / "book", tmp_path / "outside"
+    book.mkdir()
+    outside.mkdir()
+    arguments = ("patterns", place / "sides.i2plib", "--page", book, "--world", "fork")
+    (book / "pictures").symlink_to(outside)
+    done = i2p(*arguments)
+    assert done.status == 1
+    assert "error: a link leads out of" in done.err
+    (book / "pictures").unlink()
+    (book / "pictures").mkdir()
+    links = [
+        book / "index.html", book / "pictures" / "manifest.json",
+        book / "pictures" / "side-fork.png", book / "pictures" / "side-fork.html",
+    ]  # fmt: skip
+    for link in links:
+        (outside / link.name).write_text("mine", encoding="utf-8")
+        link.symlink_to(outside / link.name)
+    done = i2p(*arguments)
+    assert done.status == 0
+    assert "no JSON" in done.err, "the list was none"
+    for link in links:
+        assert not link.is_symlink()
+        assert (outside / link.name).read_text(encoding="utf-8") == "mine"
+
+
+BAD_ENTRIES: list[tuple[tuple[Any, ...], Any]] = [
+    ((), 7), ((), None), (("key",), 7), (("score",), "1"), (("score",), True),
+    (("size",), [HOSTILE, 1]), (("size",), [1, 2, 3]), (("size",), [0, -1]), (("size",), 5),
+    (("size",), [10**9, 1]), (("curves",), {}), (("curves", 0), []), (("curves", 0, "title"), 1),
+    (("curves", 0, "low"), "x"), (("curves", 0, "high"), None), (("curves", 0, "low"), 1e308),
+    (("curves", 0, "last"), HOSTILE), (("curves", 0, "last"), -1), (("curves", 0, "more"), 1),
+    (("curves", 0, "series"), [1]), (("curves", 0, "series", 0, "label"), [1]),
+    (("curves", 0, "series", 0, "color"), "red;background:url(//evil)"),
+    (("curves", 0, "series", 0, "dash"), [HOSTILE]),
+    (("curves", 0, "series", 0, "values"), [[1]]), (("curves", 0, "series", 0, "values"), ["1"]),
+]  # fmt: skip
+
+
+def test_the_list_of_pictures_is_held_against_its_form(place: Path, i2p: Run) -> None:
+    from i2pdsl.library.examples import _read_manifest
+
+    write(place, i2p)
+    path = place / "book" / "pictures" / "manifest.json"
+    good = json.loads(path.read_text(encoding="utf-8"))
+    said: list[str] = []
+    assert _read_manifest(path, said.append) == good
+    assert said == []
+    for way, value in BAD_ENTRIES:
+        document = json.loads(json.dumps(good))
+        inner = document
+        for step in ("side-fork", *way)[:-1]:
+            inner = inner[step]
+        inner[("side-fork", *way)[-1]] = value
+        path.write_text(json.dumps(document), encoding="utf-8")
+        said.clear()
+        assert set(_read_manifest(path, said.append)) == set(good) - {"side-fork"}, (way, value)
+        assert len(said) == 1
+        assert str(path) in said[0]
+        assert "is damaged: " in said[0]
+        assert said[0].endswith("it is made again")
+    wrong = (
+        b"[1]",
+        b"",
+        b"\xff",
+        b"[" * 10**5,
+        b'{"a": NaN}',
+        b'{"a": 1, "a": 2}',
+        b'{"' + b'\\"' * 10**5,
+    )
+    for data in wrong:  # fmt: skip
+        path.write_bytes(data)
+        said.clear()
+        assert _read_manifest(path, said.append) == {}
+        assert len(said) == 1
+        assert said[0].endswith("the pictures are made again")
+    path.unlink()
+    path.mkdir()
+    said.clear()
+    assert _read_manifest(path, said.append) == {}
+    assert said == [f"{path} cannot be read: it is a folder; the pictures are made again"]
+    path.rmdir()
+    path.write_text(json.dumps(good), encoding="utf-8")
+
+
+def test_whatever_the_list_says_nothing_gets_into_the_page(place: Path, i2p: Run) -> None:
+    """Texts that are right by their form are escaped."""
+    write(place, i2p)
+    path = place / "book" / "pictures" / "manifest.json"
+    good = path.read_text(encoding="utf-8")
+    document = json.loads(good)
+    panel = document["side-fork"]["curves"][0]
+    panel["title"] = HOSTILE
+    panel["series"][0]["label"] = HOSTILE
+    path.write_text(json.dumps(document), encoding="utf-8")
+    said = write(place, i2p)
+    assert said["made"] == 0
+    text = (place / "book" / "index.html").read_text(encoding="utf-8")
+    assert "<script" not in text
+    assert HOSTILE in Page(text).words
+    assert "script-src 'none'" in text
+    path.write_text(good, encoding="utf-8")
+
+
+def test_hostile_texts_of_a_library_are_escaped(tmp_path: Path, i2p: Run) -> None:
+    folder = tmp_path / "source"
+    folder.mkdir()
+    name = "a<script>alert(1)</script>&'\""
+    (folder / "sides.story").write_text(
+        f"# {HOSTILE} `{HOSTILE}` </style><style>\n# See A{HOSTILE}.\n{PATTERNS}", encoding="utf-8"
+    )
+    story = STORY.replace("# The robot", f"# {HOSTILE} </pre>\n# The robot")
+    (folder / f"{name.replace('/', '')}.story").write_text(story, encoding="utf-8")
+    done = i2p("patterns", folder, "--page", tmp_path / "book", "--world", "fork", "--json")
+    assert done.status == 0, done.err
+    assert json.loads(done.out)["failed"] == {}
+    for path in sorted((tmp_path / "book").rglob("*.html")):
+        text = path.read_text(encoding="utf-8")
+        assert "<script>alert" not in text
+        assert "</style><style>" not in text
+    assert HOSTILE in Page((tmp_path / "book" / "index.html").read_text(encoding="utf-8")).words
+
+
+def test_pictures_of_a_world_that_lies_in_a_folder(tmp_path: Path, i2p: Run) -> None:
+    """Its name is a way in the library, and none in the catalogue."""
+    from i2pdsl.library.examples import picture_name
+
+    assert picture_name("side", "fork") == "side-fork"
+    for world in ("deep/x.world", "../x", "/x", "a?b#c", "x" * 500):
+        assert "/" not in picture_name("side", world)
+    assert picture_name("side", "a/b") != picture_name("side", "a_b")
+
+
+def test_a_story_of_a_library_that_cannot_be_read(place: Path, tmp_path: Path, i2p: Run) -> None:
+    document = json.loads((place / "sides.i2plib").read_text(encoding="utf-8"))
+    stories = [{**s, "source": "world (((\n"} for s in document["stories"]]
+    library = forged_library(place, tmp_path / "sides.i2plib", stories=stories)
+    done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+    assert done.status == 0
+    assert "warning: side-fork could not be made: `(` is never closed" in done.err
+    worlds = [{"name": "fork", "file": "fork.world", "source": "nonsense\n"}]
+    library = forged_library(place, tmp_path / "sides.i2plib", worlds=worlds)
+    done = i2p("patterns", library, "--json")
+    assert done.status == 0
+    assert all("fork" not in p["worlds"] for p in json.loads(done.out))

@@ -227,3 +227,25 @@ def test_the_standard_library_compiles(i2p: Run, tmp_path: Path) -> None:
     for record in document["patterns"]:
         assert record["documentation"], record["name"]
         assert record["worlds"]["kitchen"]["fits"], record["name"]
+
+
+@pytest.mark.parametrize("name", ["con.story", "a:b.story", " x.story", "a..world", "nul.world"])
+def test_a_file_whose_name_no_system_has(name: str, tmp_path: Path, i2p: Run) -> None:
+    """It is said, and not stored: nobody could read the library."""
+    folder = tmp_path / "source"
+    folder.mkdir()
+    (folder / "good.story").write_text("pattern p(e) = depict(e)\n", encoding="utf-8")
+    world = "map\n    A.\ntile a\n    symbol = A\ncharacter r\n    goals = {a}\n"
+    text = world if name.endswith(".world") else "pattern q(e) = depict(e)\n"
+    (folder / name).write_text(text, encoding="utf-8")
+    done = i2p("compile", folder, "-o", tmp_path / "x.i2plib")
+    assert done.status == 1
+    assert f"{folder / name}:1:1: error[library]: a file of this name cannot be" in done.err
+    assert not (tmp_path / "x.i2plib").exists()
+
+
+@pytest.mark.parametrize("name", ["CON", " x", "x ", ".x", "x" * 201])
+def test_a_library_whose_name_no_system_has(name: str, tmp_path: Path, i2p: Run) -> None:
+    done = i2p("compile", tmp_path, "-o", tmp_path / f"{name}.i2plib")
+    assert done.status == 2
+    assert "a library is called NAME.i2plib, not " in done.err

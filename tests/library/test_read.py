@@ -98,6 +98,7 @@ def test_missing_and_unreadable(tmp_path: Path) -> None:
         (b'{"format": "i2p-library", "version": 1, "x": "\\ud800"}', "half a character"),
         (b"[" * 100_000, "nested too deep"),
         (b"{" + b'"a":{' * 5000, "nested too deep"),
+        (b'{"a": "' + b'\\"' * 1_000_000, "no JSON"),
         (b'"' + b"[" * 100_000 + b'"', "not a compiled library"),
     ],
 )
@@ -116,9 +117,9 @@ def test_a_later_version(good: Document, path: Path) -> None:
 
 def test_a_file_that_is_too_large(path: Path) -> None:
     path.write_bytes(b" " * (LARGEST + 1))
-    began = time.perf_counter()
+    began = time.process_time()
     assert "too large" in said(path)
-    assert time.perf_counter() - began < 1
+    assert time.process_time() - began < 1
 
 
 def test_a_cut_file(good: Document, path: Path) -> None:
@@ -185,6 +186,38 @@ FORGED = {
     "dots": (change("name", "../x.story", "files", 2), "leads out of the library"),
     "absolute": (change("name", "/etc/passwd", "files", 2), "leads out of the library"),
     "drive": (change("name", "C:\\x.story", "files", 2), "leads out of the library"),
+    "device": (change("name", "deep/nul.story", "files", 2), "leads out of the library"),
+    "turned around": (change("name", "a\u202eb.story", "files", 2), "leads out of the library"),
+    "space at the end": (change("name", "a /b.story", "files", 2), "leads out of the library"),
+    "library is a way": (change("name", "../../moods"), "name cannot be that of a file"),
+    "library is absolute": (change("name", "/tmp/moods"), "name cannot be that of a file"),
+    "library has no name": (change("name", ""), "name cannot be that of a file"),
+    "library with NUL": (change("name", "a\0b"), "name cannot be that of a file"),
+    "library is here": (change("name", "."), "name cannot be that of a file"),
+    "library is a device": (change("name", "CON"), "name cannot be that of a file"),
+    "library of a long name": (change("name", "x" * 5000), "name cannot be that of a file"),
+    "group": (change("group", "../outside", "files", 2), "leads out of the library"),
+    "world is a way": (
+        change("worlds", [{"name": "../../x", "file": "x.world", "source": ""}]),
+        "worlds[0].name leads out of the library",
+    ),
+    "world is absolute": (
+        change("worlds", [{"name": "/tmp/x", "file": "x.world", "source": ""}]),
+        "worlds[0].name leads out of the library",
+    ),
+    "world is a device": (
+        change("worlds", [{"name": "a/CON.world", "file": "x.world", "source": ""}]),
+        "worlds[0].name leads out of the library",
+    ),
+    "world of a story": (change("world", "x/../../y", "stories", 0), "stories[0].world leads out"),
+    "world of an example": (
+        change("examples", [{"file": "a", "world": "x/../y", "call": ""}], "patterns", 2),
+        "patterns[2].examples[0].world leads out",
+    ),
+    "proof": (
+        change("worlds", {"../x": {"fits": True, "with": "dark"}}, "patterns", 2),
+        "a key of patterns[2].worlds leads out",
+    ),
     "empty name": (change("name", "", "files", 2), "no file's name"),
     "two of one name": (change("name", "moods.story", "files", 2), "two of its files"),
     "long line": (change("line", 10**12, "patterns", 2), "no number from 1 on"),
@@ -252,20 +285,20 @@ def test_much_of_everything_is_bounded(good: Document, path: Path) -> None:
     document = copied(good)
     document["files"] = [{**good["files"][1], "source": "\n".join(chain), "imports": {}}]
     forge(document, path)
-    began = time.perf_counter()
+    began = time.process_time()
     assert "disagree" in said(path)
-    assert time.perf_counter() - began < 10
+    assert time.process_time() - began < 10
     for text in ("let x{0} = {0}\n", "import x{0}\n", "nothing{0} at all\n"):
         document["files"][0]["source"] = "".join(text.format(i) for i in range(10_000))
         forge(document, path)
-        began = time.perf_counter()
+        began = time.process_time()
         assert "too large: " in said(path)
-        assert time.perf_counter() - began < 3
+        assert time.process_time() - began < 3
     document["files"][0]["source"] = "pattern p(x) = x" + " + x" * 45_000
     forge(document, path)
-    began = time.perf_counter()
+    began = time.process_time()
     assert "disagree" in said(path)
-    assert time.perf_counter() - began < 20
+    assert time.process_time() - began < 20
 
 
 def survives(data: bytes, path: Path) -> None:

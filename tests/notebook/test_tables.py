@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ import pytest
 import xarray as xr
 
 from i2pdsl.answers import Answer, latent_of
+from i2pdsl.errors import Source
 from i2pdsl.pipeline import Result, Script
 
 SHOWN = "P(G_cat | script[:t])"
@@ -177,3 +179,37 @@ def test_the_public_places_of_answers_stay() -> None:
     from i2pdsl import pipeline, scripts
 
     assert i2pdsl.Answer is pipeline.Answer is scripts.Answer is Answer
+
+
+def test_no_column_hides_another(tmp_path: Path) -> None:
+    """Values that are nearly alike have names of their own; the frames' name is theirs."""
+    from i2pdsl import Story
+    from i2pdsl.language.vocabulary import show_value
+    from i2pdsl.pipeline import story_from
+
+    (tmp_path / "two.world").write_text(
+        "map\n    A.\n    .B\ntile value\n    symbol = A\ntile expr\n    symbol = B\n"
+        "character one\n    goals = {value, expr, none}\n"
+        "character two\n    goals = {none}\n    toward = one\n"
+        "    attitude = {1.0000001, 1.0000002, 1, 1e6}\nplanning\n    gamma = 0.5\n"
+    )
+    text = (
+        "world two\nlength 2\nmaximize depict(G_one = value)\nsearch beam(starts = 1, width = 1)\n"
+    )
+    story: Story = story_from(Source("s.story", text), tmp_path)
+    script = story.solve().script
+    values = story.typed.vocabulary.latents["rho"].values
+    answer = script.ask("P(rho | script[:t])", assume="nothing")
+    assert answer.labels == ("1.0000001", "1.0000002", "1", "1e+06", "0")
+    assert answer.labels == tuple(map(show_value, values))
+    assert set(answer.as_json()[0]) == {*answer.labels, "unknown"}
+    for row in answer.as_json():
+        assert sum(row.values()) == pytest.approx(1)
+    goals = script.ask("P(G_one | script[:t])", assume="nothing")
+    assert list(goals.as_json()[-1]) == ["value", "expr", "none", "unknown"]
+    assert goals.to_pandas().columns.tolist() == ["value", "expr", "none", "unknown"]
+    for question in ({"t": "P(G_one = value | script[:t])"}, {}):
+        with pytest.raises(ValueError, match="the frames are called 't'"):
+            script.to_pandas(*(() if question else ("t",)), **question)
+    assert script.ask("t").to_pandas().reset_index().shape == (3, 2)
+    assert script.ask("t").to_xarray().name is None

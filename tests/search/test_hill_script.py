@@ -138,3 +138,17 @@ def test_a_kitchen_story_on_the_hill_names_what_is_missing() -> None:
     shown = "\n".join(d.render() for d in caught.value.diagnostics)
     assert "`rho`" in shown
     assert "`robot`" in shown
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        ["x" * 10**6, *[""] * 18], [["1", "2"]] * 19, [[1, True]] * 19, [[10**400, 1]] * 19,
+        [[float("nan"), 1]] * 19, [[1e308, 1]] * 19, [{"a": 1}] * 19, [[[1, 2]]] * 19,
+        [[1, 2]] * 10**5, [[1, 2], *[[1]] * 18], {"0": [1, 2]}, "x" * 38,
+    ],
+)  # fmt: skip
+def test_what_are_no_numbers(value: Any) -> None:
+    """NumPy is not asked: of a long text among others it makes as much of each of them."""
+    with pytest.raises(StoryError, match='"positions" must be 19 x 2 numbers'):
+        read(change("frames", 0, "state", "positions", to=value))

@@ -18,7 +18,7 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.pipeline import script_from
 from i2pdsl.search.record import parse_record, read_record
 from i2pdsl.search.script import make_record, read_path
-from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
+from worlds_for_tests import SMALL_MAP, STORIES, kitchen_text, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")  # P.. / #.G / ...
 
@@ -208,6 +208,11 @@ BROKEN = [
     ('{"format": "i2p-script", "version": 1', "this is no JSON"),
     ("\ufeff{}", "this is no"),
     ("NaN", "this is no i2p script"),
+    ('{"format": "i2p-script", "version": 1, "version": 2}', "has `version` twice"),
+    ('{"x": "' + '\\"' * 10**6, "this is no JSON"),
+    ("[" + "{}," * 5_000_000 + "{}]", "of more than 5,000,000 parts"),
+    ('{"format": "i2p-script", "story": ' + "[" * 60 + "]" * 60 + "}", "nested too deeply"),
+    (json.dumps(changed("frames", to=[{}] * 100_001)), "has 100,001 frames; at most 100,000"),
 ]
 
 
@@ -251,7 +256,12 @@ def test_settings_are_held_against_the_world(settings: dict[str, Any], words: st
         ({"name": ""}, "there is no world ``"),
         ({"name": "n" * 5000}, "there is no world `nnn"),
         ({"name": "a\0b"}, "there is no world"),
+        ({"name": "../worlds/kitchen"}, "there is no world `../worlds/kitchen`"),
+        ({"name": str(STORIES / "worlds" / "kitchen")}, "there is no world `"),
+        ({"name": str(STORIES / "worlds" / "kitchen.world")}, "there is no world `"),
+        ({"name": "\x1b[31mred"}, "there is no world `�[31mred`"),
         ({"name": "small", "source": "nonsense\n"}, "small.world:1:1"),
+        ({"name": "../../small", "source": "nonsense\n"}, "small-"),
         ({"name": "small", "source": WORLD.replace("goals", "gaols")}, "did you mean `goals`"),
     ],
 )
@@ -322,3 +332,55 @@ def test_junk_anywhere_is_a_story_error_or_fine(path: tuple[Any, ...], junk: Any
     except StoryError as problem:
         message = problem.diagnostics[0].render()
     assert not message or message.startswith("script.json:1:1: error[script]: ")
+
+
+def test_any_characters_changed() -> None:
+    """A text that was damaged, or made up of pieces of a right one."""
+    random, good = Random(7), json.dumps(document())
+    pieces = [
+        "{",
+        "}",
+        "[",
+        "]",
+        '"',
+        ",",
+        ":",
+        "null",
+        "NaN",
+        "-Infinity",
+        "1e999",
+        "\\ud800",
+        "\\",
+    ]
+    for _ in range(150):
+        text = good
+        for _ in range(random.randint(1, 3)):
+            at, end = sorted(random.choices(range(len(text)), k=2))
+            end = min(end, at + random.choice([0, 1, 3, 50]))
+            text = text[:at] + random.choice([*pieces, text[end : end + 30]]) + text[end:]
+        try:
+            record = parse_record(Source("script.json", text))
+            read_path(small_kitchen().world, record)
+        except StoryError as problem:
+            assert problem.diagnostics[0].span.source.name == "script.json"  # noqa: PT017
+
+
+@pytest.mark.parametrize(
+    "name", ["x" * 3_000_000, "\x1b\x00\x01", "\ud800", '"><script>alert(1)</script>', 10**4000]
+)
+def test_any_title_is_drawn(name: Any, tmp_path: Path) -> None:
+    """And no text of a script gets into a picture as anything but text."""
+    from i2pdsl.render.pictures import pictures_of
+
+    source = "</code><script>alert(1)</script>\u2028\ud800"
+    content = {**document(), "story": {"name": name, "source": source, "seed": 10**4000}}
+    content["world"]["name"] = "../" + str(name)
+    script = script_from(parse_record(Source("script.json", json.dumps(content))), tmp_path)
+    files = pictures_of([script]).save(tmp_path, ("svg", "html"))
+    for path in files.values():
+        text = path.read_text(encoding="utf-8")
+        assert "<script>alert" not in text
+        assert "\u2028" not in text.partition('id="film-data"')[2]
+        assert len(text) < 2_000_000
+    assert len(script.world.name) < 200
+    assert len(repr(script)) < 500

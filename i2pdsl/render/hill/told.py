@@ -9,7 +9,7 @@ import numpy as np
 from i2pdsl.errors import Source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.vocabulary import show_value
-from i2pdsl.render.files import UNSURE, percent
+from i2pdsl.render.files import UNSURE, percent, printable
 from i2pdsl.render.hill.performance import Performance
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.scripts import Script
@@ -32,7 +32,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
     beliefs = _beliefs(script)
     return Performance(
-        title=title or str(script.record.story.get("name") or world.name),
+        title=printable(title or script.record.title or world.name),
         slope=world.spec.settings.slope,
         positions=positions,
         actuation=world.actuation(states[:-1], script.trajectory.actions),
@@ -40,7 +40,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
         panels=(beliefs, *_curves(script)),
         windows=tuple(Window(*window) for window in script.windows),
         captions=[_caption(beliefs, t) for t in range(len(states))],
-        source=str(script.record.story.get("source") or ""),
+        source=script.record.text,
         frame_seconds=FRAME_SECONDS,
     )
 

@@ -11,6 +11,7 @@ from typing import Any
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, shorten
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.worlds.grid.blocks import NAMED, Block, BlockReader
 from i2pdsl.worlds.grid.spec import (
     ACTIONS,
@@ -116,7 +117,7 @@ class _Reader(BlockReader):
                 message = f"two things have the name `{block.name}`"
                 self.problem("duplicate", message, block.span, note=note)
                 self.incomplete = True
-            elif block.name in RESERVED or block.name in (*ACTIONS, NO_GOAL, "nothing"):
+            elif block.name in RESERVED or block.name in (*ACTIONS, NO_GOAL, UNKNOWN, "nothing"):
                 message = f"`{block.name}` is a word of the language and cannot be a name"
                 self.problem("reserved", message, block.span, "choose another name")
                 self.incomplete = True

@@ -16,12 +16,17 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.errors import error, whole_file
+from i2pdsl.errors import error, shorten, whole_file
+from i2pdsl.npz import read_arrays
 from i2pdsl.planning.networks import Layers
 from i2pdsl.resources import atomic_path, cache_folder
-from i2pdsl.worlds.hill.hopper import NODE_COUNT, initial_state
+from i2pdsl.untrusted import json_excess
+from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, NODE_COUNT, initial_state
 from i2pdsl.worlds.hill.spec import HillSpec
 
+OBSERVATION = 4 * NODE_COUNT  # numbers: the nodes' places and velocities
+_LARGEST = 16 * 2**20  # bytes of a file, and of what is in it; those that ship have 140 kB
+_DEEPEST = 12  # brackets in brackets of what a file says of itself
 FORMAT, VERSION = "i2p-controllers", 1
 SHIPPED = Path(__file__).parent / "controllers"
 POSITION_SCALE = VELOCITY_SCALE = 5.0
@@ -86,30 +91,52 @@ def save_controllers(path: Path, found: Controllers) -> None:
 
 
 def load_controllers(path: Path) -> Controllers:
-    """Reads controllers. Raises ValueError for what is none, OSError where there is no file."""
+    """Reads controllers. Raises ValueError for what is none, OSError where it cannot be read."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            arrays = {key: archive[key] for key in archive.files}
-        about = json.loads(str(arrays["about"]))
-        if about["format"] != FORMAT or about["version"] != VERSION:
-            raise ValueError(f"it is of version {about['version']}, not {VERSION}")
-        weights = tuple(float(w) for w in about["weights"])
-        return Controllers(_layers(arrays, "policy"), _layers(arrays, "value"), weights, about)
-    except OSError:
+        arrays = read_arrays(path, _LARGEST)
+        about = _about(str(arrays["about"]))
+        policy = _layers(arrays, "policy", MUSCLE_COUNT)
+        return Controllers(policy, _layers(arrays, "value", 1), tuple(about["weights"]), about)
+    except (OSError, MemoryError):
         raise
     except Exception as problem:  # zipfile and NumPy raise a dozen kinds for a damaged file
         raise ValueError(f"it is damaged ({problem})") from problem
 
 
-def _layers(arrays: dict[str, np.ndarray], name: str) -> Layers:
+def _about(text: str) -> dict[str, Any]:
+    """What a file says of itself. Raises ValueError, KeyError or TypeError for what is wrong."""
+    if json_excess(text, _DEEPEST):
+        raise ValueError("what it says of itself is nested too deeply")
+    about: dict[str, Any] = json.loads(text)
+    if about["format"] != FORMAT or about["version"] != VERSION:
+        raise ValueError(f"it is of version {shorten(str(about['version']))}, not {VERSION}")
+    weights, iterations = about["weights"], about.get("iterations", 0)
+    plain = all(type(w) in (int, float) and 0 < w < 1e6 for w in weights)
+    if not plain or len(weights) < 2 or weights != sorted(set(weights)):
+        raise ValueError("its weights are no numbers that ascend")
+    if type(iterations) is not int:
+        raise ValueError("its iterations are no number")
+    return {**about, "weights": [float(w) for w in weights]}
+
+
+def _layers(arrays: dict[str, np.ndarray], name: str, outputs: int) -> Layers:
+    """A network from the observation and the weight to so many outputs. Raises ValueError."""
     count = sum(key.startswith(name) and key.endswith("matrix") for key in arrays)
-    layers = tuple(
-        (arrays[f"{name}_{i}_matrix"].astype(float), arrays[f"{name}_{i}_bias"].astype(float))
-        for i in range(count)
-    )
+    layers = []
+    inputs = OBSERVATION + 1
+    for i in range(count):
+        matrix, bias = arrays[f"{name}_{i}_matrix"], arrays[f"{name}_{i}_bias"]
+        if matrix.dtype.kind != "f" or bias.dtype.kind != "f":
+            raise ValueError(f"the {name} network does not consist of numbers")
+        if matrix.ndim != 2 or matrix.shape[1] != inputs or bias.shape != matrix.shape[:1]:
+            raise ValueError(f"the layers of the {name} network do not fit each other")
+        inputs = len(bias)
+        layers.append((matrix.astype(float), bias.astype(float)))
     if not layers or not all(np.isfinite(m).all() and np.isfinite(b).all() for m, b in layers):
         raise ValueError(f"the {name} network is not there, or not finite")
-    return layers
+    if inputs != outputs:
+        raise ValueError(f"the {name} network has {inputs} outputs, not {outputs}")
+    return tuple(layers)
 
 
 def find_controllers(
@@ -121,12 +148,19 @@ def find_controllers(
     """
     for path in places(spec, seed):
         try:
-            return load_controllers(path)
+            found = load_controllers(path)
         except FileNotFoundError:
             continue
-        except (OSError, ValueError) as problem:
-            if say is not None:
-                say(f"the controllers {path} cannot be read: {problem}")
+        except OSError as problem:
+            reason = problem.strerror or str(problem)
+        except ValueError as problem:
+            reason = str(problem)
+        else:
+            if found.weights == spec.trained_weights:
+                return found
+            reason = "they were trained for other weights"
+        if say is not None:
+            say(f"the controllers {path} cannot be used: {reason}")
     shown = ", ".join(f"{w:g}" for w in spec.trained_weights)
     message = f"no controllers are trained for this hill (weights {shown}; training seed {seed})"
     command = training_command(spec, seed)
