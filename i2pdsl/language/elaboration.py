@@ -78,6 +78,7 @@ class Elaboration:
         self.report = report
         self.query = query
         self.assumption: ty.Mask = (True,) * len(vocabulary.hypotheses)
+        self.thinkable: tuple[ty.Mask, ...] = ()  # for each viewer: the prior is above 0
         self.entities = (*vocabulary.characters, *vocabulary.things)
         self.used: set[int] = set()  # ids of the lets and patterns that were put in somewhere
         self.depth = 0
@@ -157,6 +158,11 @@ class Elaboration:
             yield
         finally:
             self.depth -= 1
+
+    def can_hold(self, mask: ty.Mask) -> bool:
+        """Whether a condition leaves every viewer a hypothesis with a prior above 0."""
+        every = self.thinkable or ((True,) * len(mask),)
+        return all(any(m and p for m, p in zip(mask, prior, strict=True)) for prior in every)
 
     # Wanted kinds.
 
