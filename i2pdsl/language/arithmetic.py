@@ -242,6 +242,12 @@ class Arithmetic(Elaboration):
     def compare(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:
         first, second = self.symbol_latent(left, env), self.symbol_latent(right, env)
         name = COMPARISONS[operator][0]
+        # A `let` that stands for a latent may have the name of a value of the one beside it.
+        if first is not None and second is not None:
+            if self.is_value_of(first, right, env):
+                second = None
+            elif self.is_value_of(second, left, env):
+                first = None
         if first is None and second is None:
             return self.compare_numbers(operator, left, right, env)
         for latent, place in ((first, left), (second, right)):
@@ -286,6 +292,10 @@ class Arithmetic(Elaboration):
         assert isinstance(node, ast.Name)
         return any(node.id in x.values for x in self.world.latents.values())
 
+    def is_value_of(self, latent: Latent, node: ast.Expr, env: Env) -> bool:
+        """Whether an expression is the name of one of a latent's values."""
+        return isinstance(node, ast.Name) and node.id in latent.values and node.id not in env.names
+
     def check_number_value(
         self, operator: str, value: ty.Typed, other: ty.Typed, place: ast.Expr, env: Env
     ) -> None:
@@ -306,7 +316,8 @@ class Arithmetic(Elaboration):
 
     def symbol(self, latent: Latent, node: ast.Expr, env: Env) -> str:
         """The value of a latent that an expression names."""
-        stripped, inner = self.strip(node, env, latent.values)
+        what = f"a value of `{latent.name}`"
+        stripped, inner = self.strip(node, env, latent.values, what)
         if isinstance(stripped, ast.Name) and stripped.id in latent.values:
             return stripped.id
         hint = f"its values: {latent.domain}"
