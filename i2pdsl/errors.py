@@ -160,6 +160,8 @@ def _folded(word: str) -> str:
 
 def _bearable(a: str, b: str) -> int:
     """How many slips two words may be apart and still be one word."""
+    if a[1:2] == "_" and a[:2] == b[:2]:  # of `G_cat` only the name can be misspelt
+        a, b = a[2:], b[2:]
     shorter = min(len(a), len(b))
     return max(1, shorter // 4) if 3 <= shorter <= _LONGEST_WORD else 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
@@ -106,19 +107,21 @@ class _Reader(BlockReader):
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
+        single: dict[str, Span] = {}
         latents = self.latents()
         for block in self.blocks:
             meaning = latents.get(block.name) or taken(block.name)
+            looks = unicodedata.normalize("NFKC", block.name)  # wide letters, ligatures
             if block.keyword not in NAMED:
-                if block.keyword in seen:
-                    note = Note("the first one", seen[block.keyword])
+                if block.keyword in single:
+                    note = Note("the first one", single[block.keyword])
                     message = f"a world has only one `{block.keyword}`, this is another"
                     self.problem("duplicate", message, block.span, note=note)
-                seen.setdefault(block.keyword, block.span)
+                single.setdefault(block.keyword, block.span)
                 continue
-            if block.name in seen:
-                note = Note("the other one", seen[block.name])
-                message = f"two things have the name `{block.name}`"
+            if looks in seen:
+                note = Note("the other one", seen[looks])
+                message = f"two things have the name `{looks}`"
                 self.problem("duplicate", message, block.span, note=note)
                 self.unsure.add(block.keyword)
             elif meaning is not None:
@@ -126,7 +129,7 @@ class _Reader(BlockReader):
                 self.problem("reserved", message, block.span, "choose another name")
                 if not any(block.name in b.mentioned() for b in self.blocks):
                     self.unsure.add(block.keyword)  # what others mention may be this one
-            seen.setdefault(block.name, block.span)
+            seen.setdefault(looks, block.span)
 
     def latents(self) -> dict[str, str]:
         """The names of what is hidden, and what they mean."""
