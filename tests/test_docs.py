@@ -48,8 +48,8 @@ from i2pdsl.repl.session import Session as Lines
 from i2pdsl.repl.terminal import tell
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS, parse_world
-from i2pdsl.worlds.grid.words import ELSEWHERE
 from i2pdsl.worlds.grid.spec import Settings
+from i2pdsl.worlds.grid.words import ELSEWHERE
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
 

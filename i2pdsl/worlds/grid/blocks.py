@@ -218,9 +218,11 @@ class BlockReader:
     def salvage(self, span: Span, reported: int | None) -> None:
         """Reads what can be read of a block, line by line.
 
-        `reported` is the line of its first mistake; what is wrong on other lines is reported too,
-        but nothing where it is None.
+        `reported` is the line of its first mistake; what is wrong on other lines is reported too.
+        None where brackets or quotes are wrong: a line may then belong to the one before.
         """
+        head = _WORD.match(span.text)
+        known = KEYS.get(head[0], ()) if head else ()
         source, first = span.source, self.source.position(span.start)[0]
         last = self.source.position(max(span.start, span.end - 1))[0]
         block: Block | None = None
@@ -241,7 +243,12 @@ class BlockReader:
             except StoryError as problem:
                 damaged = True
                 # A line may also be wrong for the one before it, which has no value.
-                if reported is not None and number not in (reported, reported - 1):
+                if reported is None:
+                    word = _WORD.match(line.text.strip())
+                    is_key = word is not None and word[0] in known
+                    if is_key and not set(line.text) & set('(){}[]"'):
+                        self.report(problem.diagnostics)
+                elif number not in (reported, reported - 1):
                     self.report(problem.diagnostics)
                 if number == first:
                     word = _WORD.match(line.text)
@@ -300,10 +307,10 @@ class BlockReader:
         width = max(len(place.text) for place in drawn)
         floored = lambda text: "".join(FLOOR if sign.isspace() else sign for sign in text)
         self.rows = [(floored(place.text).ljust(width, FLOOR), place) for place in drawn]
-        spaces = [p.start + i for p in drawn for i, sign in enumerate(p.text) if sign.isspace()]
-        message = f"{len(spaces)} cell{'' if len(spaces) == 1 else 's'} of the map are spaces"
+        spaces = [place for place in drawn for sign in place.text if sign.isspace()]
+        message = f"a space is no cell of a map, and this map has {len(spaces)}"
         hint = f"draw floor as `{FLOOR}`, and what is outside as `{WALL}`: all rows equally long"
-        self.problem("world-map", message, Span(self.source, spaces[0], spaces[0] + 1), hint)
+        self.problem("world-map", message, spaces[0], hint)
 
     def misplaced_row(self, place: Span) -> None:
         """Reports the first thing that stands on a line behind a row, or behind `map`."""

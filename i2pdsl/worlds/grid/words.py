@@ -93,11 +93,14 @@ ELSEWHERE: dict[str, str] = {
 
 
 def hint_elsewhere(word: str, block: str = "") -> str | None:
-    """Where a word that has no meaning in a block belongs, or that there is no such thing."""
-    owners = [f"`{owner}`" for owner, keys in KEYS.items() if word in keys and owner != block]
-    if owners:
-        return f"`{word}` belongs to {' or '.join(owners)}"
+    """Where a word that has no meaning in a block belongs, or that there is no such thing.
+
+    Without a block it is one that seems to begin one, where `wall` is more than a colour.
+    """
     told = ELSEWHERE.get(word.lower())
+    owners = [f"`{owner}`" for owner, keys in KEYS.items() if word in keys and owner != block]
+    if owners and (block or told is None):
+        return f"`{word}` belongs to {' or '.join(owners)}"
     if told is not None:
         return f"`{word}` {told}" if told.startswith("belongs") else told
     return f"`{word}` belongs in the story" if word in STATEMENT_WORDS else None
