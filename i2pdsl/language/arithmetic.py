@@ -127,15 +127,22 @@ class Arithmetic(Elaboration):
             raise self.not_finite(problem, node, env) from None
 
     def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> Stop:
-        """Reports an operation that has no value at some t, at the place of the operation."""
-        part, t = problem.node, problem.t
+        """Reports an operation that has no value at some t, or under some hypothesis, at the place
+        of the operation."""
+        part, t, row = problem.node, problem.t, problem.row
         _, span, env = self.places.get(id(part), (None, node.span, env))
         values: list[float] = []
         if isinstance(part, ty.Apply):
-            values = [float(evaluate(a, t)) for a in part.arguments]
+            values = [float(evaluate(a, t, row)) for a in part.arguments]
         operation = part.operation if isinstance(part, ty.Apply) else ""
-        message = f"{_not_finite(operation, values)} at t = {t}"
-        hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        if row is None:
+            message = f"{_not_finite(operation, values)} at t = {t}"
+            hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        else:
+            latents = {n.latent for n in ty.walk(part) if isinstance(n, ty.LatentValue)}
+            told = [f"{x} = {show_value(row[x])}" for x in sorted(latents)]
+            message = f"{_not_finite(operation, values)} where {' and '.join(told)}"
+            hint = f"leave that out: `if {' and '.join(told)} then 0 else ...`"
         return self.fail("arithmetic", message, span, env, hint)
 
     # Functions.

@@ -8,7 +8,7 @@ from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
-from i2pdsl.language.evaluate import evaluate, fold_hypotheses, is_pure
+from i2pdsl.language.evaluate import NotFiniteError, by_hypothesis, fold_hypotheses, is_pure
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import Latent, show_value
@@ -28,7 +28,10 @@ class Beliefs(Frames):
             message = "an event speaks of latents only"
             hint = "beliefs and frames cannot stand inside an event"
             raise self.blame("event", message, node, env, hint)
-        return tuple(bool(evaluate(value, None, row)) for row in self.world.hypotheses)
+        try:
+            return tuple(map(bool, by_hypothesis(value, self.world.hypotheses)))
+        except NotFiniteError as problem:
+            raise self.not_finite(problem, node, env) from None
 
     def is_script(self, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is a script, its first frames or one of them."""
@@ -157,7 +160,10 @@ class Beliefs(Frames):
             message = "under these conditions no hypothesis gives this quantity a value"
             hint = UNTHINKABLE if any(mask) else None
             raise self.blame("impossible", message, node.quantity, env, hint)
-        value = fold_hypotheses(value, self.world.hypotheses)
+        try:
+            value = fold_hypotheses(value, self.world.hypotheses, mask)
+        except NotFiniteError as problem:
+            raise self.not_finite(problem, node.quantity, env) from None
         return Item("number", ty.Expectation(value, ty.Given(given.moment, mask)))
 
     def on_valueof(self, node: ast.ValueOf, env: Env) -> Item:
