@@ -301,7 +301,8 @@ class Arithmetic(Elaboration):
 
     def is_value_of(self, latent: Latent, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is the name of one of a latent's values."""
-        return isinstance(node, ast.Name) and node.id in latent.values and node.id not in env.names
+        stripped, _ = self.strip(node, env, latent.values)
+        return isinstance(stripped, ast.Name) and stripped.id in latent.values
 
     def check_number_value(
         self, operator: str, value: ty.Typed, other: ty.Typed, place: ast.Expr, env: Env

@@ -265,7 +265,8 @@ class Elaboration:
         """Follows names to the expression that they stand for.
 
         Words that are `understood` at this place (the values of a latent, say) stand for
-        themselves, whatever `let` or parameter has the same name; `what` they are, in words.
+        themselves, whatever `let` or parameter has the same name. `what` they are, in words: with
+        it, that is said.
         """
         for _ in range(DEEPEST):
             if not isinstance(node, ast.Name):
@@ -273,7 +274,8 @@ class Elaboration:
             # The standard patterns know no world: `who` is their parameter, whoever is called so.
             own = node.id in env.names and env.module is standard_library()
             if node.id in understood and not own:
-                self.check_shadow(node, env, what)
+                if what:
+                    self.check_shadow(node, env, what)
                 break
             if node.id in env.names:
                 bound = env.names[node.id]
