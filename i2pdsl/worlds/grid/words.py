@@ -42,15 +42,17 @@ def taken(name: str) -> str | None:
     return None
 
 
-_MOVES = "everyone moves one cell north, south, east or west, or stays; nothing else"
-_FIXED = "a cell is a wall or free from the first frame to the last: there is no such thing"
-_SEEN = "everyone sees everything, always; only goals and attitudes are hidden"
-_ENDLESS = "characters plan without an end (`gamma` discounts what is late), and no tile ends it"
+_MOVES = "there are no other moves than one cell north, south, east or west, and staying"
+_FIXED = "there are no doors, keys or switches: a cell is a wall or free from first to last"
+_SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
+_ENDLESS = (
+    "there is no horizon and no last tile: planning has no end, `gamma` discounts what is late"
+)
 _WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
-_ONLY_CELL = "characters have nothing but a cell: they carry, lose and remember nothing"
+_ONLY_CELL = "there is nothing to carry, lose or remember: a character is in its cell, and no more"
 _LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
 _PRIOR = "belongs in the story: `audience bayesian(prior = ...)`"
 _WHO = "someone who acts is a `character`"
