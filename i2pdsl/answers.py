@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from i2pdsl.errors import display_width, padded
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import UNKNOWN, Vocabulary, show_value
 
@@ -49,18 +51,18 @@ class Answer:
         """A number, a row for each frame, or a table of a latent's values."""
         columns = self.columns()
         if self.labels is None and self.t is None:
-            return _number(self.value)
+            return number(self.value)
         if self.labels is None:
             return "\n".join(
-                f"{t:>4} {_number(v)}" for t, v in zip(self.t or (), self.value, strict=True)
+                f"{t:>4} {number(v)}" for t, v in zip(self.t or (), self.value, strict=True)
             )
         if self.t is None:
-            width = max(map(len, columns))
-            return "\n".join(f"{name:<{width}} {_number(v)}" for name, v in columns.items())
-        head = "   t " + " ".join(f"{name:>12}" for name in columns)
+            width = max(map(display_width, columns))
+            return "\n".join(f"{padded(name, width)} {number(v)}" for name, v in columns.items())
+        head = "   t " + " ".join(padded(name, 12, right=True) for name in columns)
         rows = zip(self.t, *columns.values(), strict=True)
         return "\n".join(
-            (head, *(f"{t:>4} " + " ".join(f"{_number(v):>12}" for v in row) for t, *row in rows))
+            (head, *(f"{t:>4} " + " ".join(f"{number(v):>12}" for v in row) for t, *row in rows))
         )
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -98,8 +100,12 @@ class Answer:
         return show_answer(self)
 
 
-def _number(value: np.ndarray) -> str:
-    return f"{float(value):.6g}"
+def number(value: float | np.ndarray) -> str:
+    """A number as people read it; one that is none is said in words."""
+    value = float(value) + 0.0  # -0 is 0
+    if math.isnan(value):
+        return "undefined"
+    return f"{value:.6g}" if math.isfinite(value) else "infinite" if value > 0 else "-infinite"
 
 
 def latent_of(partition: ty.Partition, vocabulary: Vocabulary) -> str | None:

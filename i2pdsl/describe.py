@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from i2pdsl.errors import display_width, padded
 from i2pdsl.worlds.find import Spec, vocabulary_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
@@ -84,8 +85,8 @@ def describe_world(spec: Spec) -> str:
     ]
     for title, rows in sections:
         if rows:
-            width = max(len(name) for name, _ in rows)
-            lines += ["", title, *(f"  {name:<{width}}  {text}" for name, text in rows)]
+            width = max(display_width(name) for name, _ in rows)
+            lines += ["", title, *(f"  {padded(name, width)}  {text}" for name, text in rows)]
     return "\n".join(lines)
 
 

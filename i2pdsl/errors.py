@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cached_property
 
 
@@ -132,21 +132,58 @@ def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     return None
 
 
-_LONGEST_WORD = 200  # characters; nobody misspelt more, and comparing takes long
-
-
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that `word` is most likely a misspelling of."""
+    """The known word that `word` is most likely a misspelling of; None rather than a far guess.
+
+    One slip of the hand (a letter left out, added, changed, or two exchanged) for every four
+    letters, or the beginning of one known word only.
+    """
     words = sorted(set(known))
-    if len(word) > _LONGEST_WORD:
+    plain = _folded(word)
+    folded = {_folded(w): w for w in words}
+    if plain in folded:
+        return folded[plain]
+    slips = {w: _slips(plain, f, _bearable(plain, f)) for f, w in folded.items()}
+    near = {w: n for w, n in slips.items() if n is not None}
+    if near:
+        return min(near, key=lambda w: (near[w], w))
+    begun = [w for f, w in folded.items() if len(plain) >= 3 and f.startswith(plain)]
+    return begun[0] if len(begun) == 1 else None
+
+
+_LONGEST_WORD = 60  # letters; nobody misspells a longer name
+
+
+def _folded(word: str) -> str:
+    """A word without what the eye may miss: case, and the ways of writing one letter."""
+    return unicodedata.normalize("NFKC", word).casefold()
+
+
+def _bearable(a: str, b: str) -> int:
+    """How many slips two words may be apart and still be one word."""
+    if a[1:2] == "_" and a[:2] == b[:2]:  # of `G_cat` only the name can be misspelt
+        a, b = a[2:], b[2:]
+    shorter = min(len(a), len(b))
+    return max(1, shorter // 4) if 3 <= shorter <= _LONGEST_WORD else 0
+
+
+def _slips(a: str, b: str, most: int) -> int | None:
+    """The edit distance with exchanges (optimal string alignment), or None above `most`."""
+    if not most or abs(len(a) - len(b)) > most:
         return None
-    lowered = {w.lower(): w for w in words}
-    if word.lower() in lowered:
-        return lowered[word.lower()]
-    close = get_close_matches(word, words, n=1, cutoff=0.6)
-    if not close:
-        close = [lowered[c] for c in get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)]
-    return close[0] if close else None
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        last, row_before, row = before, row, [i]
+        for j, y in enumerate(b, 1):
+            least = min(row_before[j] + 1, row[-1] + 1, row_before[j - 1] + (x != y))
+            if i > 1 and j > 1 and x == b[j - 2] and y == a[i - 2]:
+                least = min(least, last[j - 2] + 1)
+            row.append(least)
+        before = row_before
+        if min(row) > most:
+            return None
+    return row[-1] if row[-1] <= most else None
 
 
 def shorten(text: str) -> str:
@@ -167,6 +204,7 @@ def harmless(text: str) -> str:
 
 
 _WIDEST = 160  # characters of a line that are shown around a mistake
+_JOINERS = "\u200c\u200d"  # not printable by themselves, but letters of several scripts need them
 
 
 def _excerpt(span: Span) -> str:
@@ -183,9 +221,29 @@ def _excerpt(span: Span) -> str:
         text = ("…" if first else "") + cut + "…"
         column += 1 if first else 0
         length = min(length, _WIDEST)
-    text = "".join(c if c.isprintable() else "�" for c in text)
+    text = "".join(c if c.isprintable() or c in _JOINERS else "�" for c in text)
     gutter = f"{line:>5} | "
-    return f"{gutter}{text}\n{' ' * (len(gutter) - 2)}| {' ' * (column - 1)}{'^' * length}"
+    before, marked = display_width(text[: column - 1]), text[column - 1 : column - 1 + length]
+    width = display_width(text[: column - 1 + length]) - before
+    if marked and width == 0:  # a mark that is drawn on the letter before it
+        before -= 1
+    return f"{gutter}{text}\n{' ' * (len(gutter) - 2)}| {' ' * before}{'^' * max(1, width)}"
+
+
+def display_width(text: str) -> int:
+    """The columns of a terminal that a text takes: 2 for wide letters, 0 for marks on others."""
+    if text.isascii():
+        return len(text)
+    from wcwidth import wcswidth
+
+    width = wcswidth(text)
+    return width if width >= 0 else len(text)  # control characters have no width
+
+
+def padded(text: str, width: int, right: bool = False) -> str:
+    """A text with spaces up to so many columns, behind it, or before it (`right`)."""
+    space = " " * (width - display_width(text))
+    return space + text if right else text + space
 
 
 def _place(span: Span) -> dict[str, object]:

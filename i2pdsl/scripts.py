@@ -120,7 +120,13 @@ class Script:
             self.length,
             self.assumption,
             None if assume is None else Source("assume", assume),
+            self._thinkable(),
         )
+
+    def _thinkable(self) -> tuple[ty.Mask, ...]:
+        """For each viewer, which hypotheses have a prior above 0."""
+        priors = np.asarray(self.world.log_prior(self.world.tables))
+        return tuple(tuple(bool(x > -np.inf) for x in prior) for prior in priors)
 
     def query(self, expression: str, assume: str | None = None) -> np.ndarray:
         """Asks a question of the audience (language.md, "Queries").
@@ -152,7 +158,7 @@ class Script:
         self._check_appended(query)
         with np.errstate(all="ignore"):  # log(0) is an answer: -inf
             found = evaluate(self.world, self.frames, query.value, query.times)
-        value = np.asarray(found, dtype=float)
+        value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
         times = None if query.times is None else list(query.times)
         if not isinstance(query.value, ty.Distribution):
             return Answer(times, value, None, None)

@@ -49,6 +49,7 @@ from i2pdsl.repl.terminal import tell
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS, parse_world
 from i2pdsl.worlds.grid.spec import Settings
+from i2pdsl.worlds.grid.words import ELSEWHERE
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
 
@@ -280,6 +281,15 @@ def settings_table() -> str:
     return "\n".join(rows) + "\n"
 
 
+def elsewhere_table() -> str:
+    """What other tools have: the sentence of worlds/grid/words.py, and its words."""
+    told: dict[str, list[str]] = {}
+    for word, sentence in ELSEWHERE.items():
+        told.setdefault(sentence, []).append(f"`{word}`")
+    rows = [f"| {', '.join(words)} | {sentence} |\n" for sentence, words in told.items()]
+    return "| word | here |\n|---|---|\n" + "".join(rows)
+
+
 def rows_of(settings: Iterable[Setting]) -> str:
     """A table of settings."""
     rows = ["| setting | default | can be | meaning |", "|---|---|---|---|"]
@@ -293,6 +303,7 @@ TABLES = {
     "statements": statements_table,
     "builtins": builtins_table,
     "settings": settings_table,
+    "elsewhere": elsewhere_table,
     "hill": lambda: rows_of(hill_vocabulary(HillSpec()).settings.values()),
     "descend": lambda: rows_of(SEARCH_SETTINGS["descend"]),
 }

@@ -17,7 +17,9 @@ import pytest
 
 import i2pdsl
 from i2pdsl import pipeline, scripts
+from i2pdsl.language.naming import same_name
 from i2pdsl.planning import store
+from i2pdsl.render.pictures import pictures_of
 from i2pdsl.resources import cache_folder
 from i2pdsl.search.candidates import APART, distance
 from i2pdsl.search.naive import naive_rollout
@@ -114,6 +116,83 @@ def test_what_is_infinite_is_an_answer_without_a_warning(result: i2pdsl.Result) 
     assert np.all(np.isneginf(result.script.query(f"log({never})")))
     checked = result.script.check(f"sqrt({never} - 1)")
     assert np.isnan(result.script.answer(checked).value).all()
+
+
+def test_answers_say_no_minus_zero_and_no_nan(result: i2pdsl.Result) -> None:
+    script = result.script
+    assert script.ask("0 * -P(rho > 0 | script[:t])").in_words().split()[1::2] == ["0"] * 6
+    assert json.dumps(script.ask("-1 * (0 * T)").as_json()) == "0.0"
+    never = "(P(rho > 0 | script[:T]) - P(rho > 0 | script[:T]))"
+    for asked, told in [
+        (f"log({never})", "-infinite"),
+        (f"1 / {never}", "infinite"),
+        (f"{never} / {never}", "undefined"),
+    ]:
+        assert script.ask(asked).in_words() == told
+
+
+def test_what_a_viewer_holds_for_impossible_is_no_condition(folder: Path) -> None:
+    text = HELP + "audience average(bayesian, bayesian(prior = if rho > 0 then 0 else 1))\n"
+    script = story(folder, text + "search beam(starts = 5)\n").solve().script
+    again = i2pdsl.Script.load(script.save(folder / "possible.json"))
+    for each in (script, again):
+        for asked in ("rho > 0", "rho = 3", "rho in {1, 3} and G_robot = pink"):
+            with pytest.raises(i2pdsl.StoryError, match="prior of 0"):
+                each.query("P(G_robot = pink | script[:t])", assume=asked)
+            with pytest.raises(i2pdsl.StoryError, match="prior of 0"):
+                each.query(f"E[V(robot) | script[:t], {asked}]")
+        assert np.isfinite(each.query("P(G_robot | script[:t])", assume="rho <= 0")).all()
+        assert np.isinf(each.query("KL(rho; script[:t] || script[:0])"))[1:].all()
+        assert np.isfinite(each.query("KL(rho; script[:0] || script[:t])")).all()
+
+
+AWKWARD = (
+    *("frames", "to", "true", "false", "action", "moved", "index", "name", "values", "goal"),
+    *("__proto__", "constructor", "toString", "_", "__", "_x", "nan", "inf", "null", "None"),
+    *("sin", "max", "pi", "points", "at", "absent", "pushes", "fell", "depict", "twist", "arc"),
+    *("G_", "R_x", "rho", "t_", "map", "rewards", "who", "猫", "e\u0301te\u0301", "か\u3099"),
+    *("event", "state", "unknown", "script", "north", "none"),
+)
+
+
+@pytest.mark.parametrize("kind", ["character", "tile", "object"])
+def test_any_name_is_refused_or_works_everywhere(kind: str, tmp_path: Path) -> None:
+    """Run, save, load, ask, tables and pictures: what is written is read back."""
+    refused = set()
+    # What characters are called stands in more places.
+    for name in AWKWARD if kind == "character" else AWKWARD[-30::2] + AWKWARD[-6:]:
+        names = {"character": "me", "tile": "home", "object": "stone", kind: name}
+        who, tile, thing = names["character"], names["tile"], names["object"]
+        (tmp_path / "w.world").write_text(
+            f"map\n    A..B\ntile {tile}\n    symbol = A\ntile market\n    symbol = B\n"
+            f"character {who}\n    goals = {{{tile}, market}}\n    pushes = {{{thing}}}\n"
+            f"object {thing}\n    may_be_absent = yes\nevent deus\n    drops = {{{thing}}}\n",
+            encoding="utf-8",
+        )
+        text = (
+            f"world w\nlength 2\nstart absent({thing})\nallow deus({thing})\n"
+            f"let event = G_{who} = {tile}\nsearch beam(starts = 2)\n"
+            f"maximize sum_t P(event | script[:t]) + [fell({thing}) @ script[1]]\n"
+        )
+        try:
+            made = story(tmp_path, text).solve().script
+        except i2pdsl.StoryError as problem:
+            if "reserved" not in {d.code for d in problem.diagnostics}:
+                raise
+            refused.add(name)
+            continue
+        again = i2pdsl.Script.load(made.save(tmp_path / "script.json"))
+        assert again.record == made.record
+        goal = again.ask(f"P(G_{who} | script[:t])")
+        assert len(goal.as_json()[0]) == 3
+        assert goal.to_pandas().shape == (3, 2)
+        assert goal.to_xarray().dims == ("t", f"G_{same_name(who)}")
+        assert f"{same_name(who)}_action" in again.frame_table()
+        again.query(f"P(G_{who} = {tile} | (script ++ [{who}: east])[:T+1])")
+        again.query(f"E[V({who}) | script[:t]] + [at({who}, {tile}) @ script[T]]")
+        drawn = dict(pictures_of([again]).drawn(tmp_path / "drawn", ("svg", "html"), None))
+        assert {path.suffix for path in drawn.values()} == {".svg", ".html"}
+    assert refused == {"event", "state", "unknown", "script", "north", "none"}
 
 
 def test_a_script_is_saved_and_loaded(result: i2pdsl.Result, tmp_path: Path) -> None:

@@ -65,7 +65,9 @@ def divergence(first: Array, second: Array, groups: Array | None, mask: Array) -
         )
         return xp.where(p > 0, p * xp.where(p > 0, ratio, 0.0), 0.0).sum(-1).mean(-1)
     p, q = marginal(first, groups, mask), marginal(second, groups, mask)
-    return (_weighted_log(xp, p, p) - _weighted_log(xp, p, q)).sum(-1).mean(-1)
+    held = xp.where(mask & (second > -xp.inf), 1.0, 0.0) @ groups  # 0 where all are impossible
+    apart = xp.where((p > 0) & (held <= 0), xp.inf, 0.0)
+    return (_weighted_log(xp, p, p) - _weighted_log(xp, p, q) + apart).sum(-1).mean(-1)
 
 
 def surprise(beliefs: Array, log_rows: Array, mask: Array) -> Array:

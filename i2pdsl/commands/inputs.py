@@ -86,10 +86,11 @@ def story_files(path: str) -> list[Path]:
 def spec_of(name: str) -> Any:
     """A world by name or path. Raises StoryError."""
     from i2pdsl.errors import did_you_mean
-    from i2pdsl.worlds.find import builtin_worlds, find_spec
+    from i2pdsl.language.check import known_worlds
+    from i2pdsl.worlds.find import find_spec
 
     spec = find_spec(name, Path())
     if spec is None:
-        hint = did_you_mean(name, builtin_worlds())
+        hint = did_you_mean(Path(name).stem, known_worlds(Path(name).parent))
         raise error("no-world", f"there is no world `{name}`", whole_file(name), hint)
     return spec

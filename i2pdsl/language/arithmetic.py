@@ -127,15 +127,22 @@ class Arithmetic(Elaboration):
             raise self.not_finite(problem, node, env) from None
 
     def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> Stop:
-        """Reports an operation that has no value at some t, at the place of the operation."""
-        part, t = problem.node, problem.t
+        """Reports an operation that has no value at some t, or under some hypothesis, at the place
+        of the operation."""
+        part, t, row = problem.node, problem.t, problem.row
         _, span, env = self.places.get(id(part), (None, node.span, env))
         values: list[float] = []
         if isinstance(part, ty.Apply):
-            values = [float(evaluate(a, t)) for a in part.arguments]
+            values = [float(evaluate(a, t, row)) for a in part.arguments]
         operation = part.operation if isinstance(part, ty.Apply) else ""
-        message = f"{_not_finite(operation, values)} at t = {t}"
-        hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        if row is None:
+            message = f"{_not_finite(operation, values)} at t = {t}"
+            hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        else:
+            latents = {n.latent for n in ty.walk(part) if isinstance(n, ty.LatentValue)}
+            told = [f"{x} = {show_value(row[x])}" for x in sorted(latents)]
+            message = f"{_not_finite(operation, values)} where {' and '.join(told)}"
+            hint = f"leave that out: `if {' and '.join(told)} then 0 else ...`"
         return self.fail("arithmetic", message, span, env, hint)
 
     # Functions.
@@ -242,6 +249,12 @@ class Arithmetic(Elaboration):
     def compare(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:
         first, second = self.symbol_latent(left, env), self.symbol_latent(right, env)
         name = COMPARISONS[operator][0]
+        # A `let` that stands for a latent may have the name of a value of the one beside it.
+        if first is not None and second is not None:
+            if self.is_value_of(first, right, env):
+                second = None
+            elif self.is_value_of(second, left, env):
+                first = None
         if first is None and second is None:
             return self.compare_numbers(operator, left, right, env)
         for latent, place in ((first, left), (second, right)):
@@ -286,6 +299,11 @@ class Arithmetic(Elaboration):
         assert isinstance(node, ast.Name)
         return any(node.id in x.values for x in self.world.latents.values())
 
+    def is_value_of(self, latent: Latent, node: ast.Expr, env: Env) -> bool:
+        """Whether an expression is the name of one of a latent's values."""
+        stripped, _ = self.strip(node, env, latent.values)
+        return isinstance(stripped, ast.Name) and stripped.id in latent.values
+
     def check_number_value(
         self, operator: str, value: ty.Typed, other: ty.Typed, place: ast.Expr, env: Env
     ) -> None:
@@ -306,7 +324,8 @@ class Arithmetic(Elaboration):
 
     def symbol(self, latent: Latent, node: ast.Expr, env: Env) -> str:
         """The value of a latent that an expression names."""
-        stripped, inner = self.strip(node, env, latent.values)
+        what = f"a value of `{latent.name}`"
+        stripped, inner = self.strip(node, env, latent.values, what)
         if isinstance(stripped, ast.Name) and stripped.id in latent.values:
             return stripped.id
         hint = f"its values: {latent.domain}"

@@ -8,12 +8,13 @@ from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
-from i2pdsl.language.evaluate import evaluate, fold_hypotheses, is_pure
+from i2pdsl.language.evaluate import NotFiniteError, by_hypothesis, fold_hypotheses, is_pure
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
+UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
 
 
@@ -27,7 +28,10 @@ class Beliefs(Frames):
             message = "an event speaks of latents only"
             hint = "beliefs and frames cannot stand inside an event"
             raise self.blame("event", message, node, env, hint)
-        return tuple(bool(evaluate(value, None, row)) for row in self.world.hypotheses)
+        try:
+            return tuple(map(bool, by_hypothesis(value, self.world.hypotheses)))
+        except NotFiniteError as problem:
+            raise self.not_finite(problem, node, env) from None
 
     def is_script(self, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is a script, its first frames or one of them."""
@@ -56,8 +60,8 @@ class Beliefs(Frames):
         mask = self.assumption
         for condition, place in masks:
             mask = _both(mask, condition)
-            if not any(mask):
-                raise self.impossible(condition, place, env)
+            if not self.can_hold(mask):
+                raise self.impossible(condition, mask, place, env)
         return ty.Given(moments[0], mask)
 
     def conditioning(self, node: ast.Expr, env: Env, form: str, kind: str) -> ty.Moment:
@@ -67,9 +71,12 @@ class Beliefs(Frames):
         message = f"expected {KINDS[kind]}, found {KINDS[item.kind]}"
         raise self.blame("type", message, node, env, f"write `{form}`")
 
-    def impossible(self, mask: ty.Mask, node: ast.Expr, env: Env) -> Stop:
+    def impossible(self, mask: ty.Mask, given: ty.Mask, node: ast.Expr, env: Env) -> Stop:
+        """`mask` is the condition alone, `given` together with all that stands before it."""
         hint = None
-        if any(mask):
+        if any(given):
+            hint = UNTHINKABLE
+        elif any(mask):
             hint = "it is impossible together with the conditions before it and the assumption"
             if not any(_both(mask, self.assumption)):
                 hint = _DROP if self.assumes_rationality else "the assumption excludes it"
@@ -149,10 +156,14 @@ class Beliefs(Frames):
                     mask = _both(mask, self.rational_rows(rational))
             elif isinstance(part, ty.LatentValue):
                 mask = _both(mask, tuple(part.latent in r for r in self.world.hypotheses))
-        if not any(mask):
+        if not self.can_hold(mask):
             message = "under these conditions no hypothesis gives this quantity a value"
-            raise self.blame("impossible", message, node.quantity, env)
-        value = fold_hypotheses(value, self.world.hypotheses)
+            hint = UNTHINKABLE if any(mask) else None
+            raise self.blame("impossible", message, node.quantity, env, hint)
+        try:
+            value = fold_hypotheses(value, self.world.hypotheses, mask)
+        except NotFiniteError as problem:
+            raise self.not_finite(problem, node.quantity, env) from None
         return Item("number", ty.Expectation(value, ty.Given(given.moment, mask)))
 
     def on_valueof(self, node: ast.ValueOf, env: Env) -> Item:

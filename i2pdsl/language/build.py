@@ -11,6 +11,7 @@ from lark import Token, Tree
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.naming import same_name
 
 
 class Builder:
@@ -28,11 +29,12 @@ class Builder:
         return Span(self.source, item.meta.start_pos, item.meta.end_pos)
 
     def name(self, token: Token) -> ast.Name:
-        if str(token) in RESERVED and token.type == "NAME":
+        name = same_name(str(token))
+        if name in RESERVED and token.type == "NAME":
             message = f"`{token}` is a word of the language and cannot be a name"
             hint = "choose another name"
             raise StoryError([Diagnostic("reserved", message, self.span(token), hint)])
-        return ast.Name(self.span(token), str(token))
+        return ast.Name(self.span(token), name)
 
     def target(self, item: Any) -> ast.Name | ast.Text:
         return self.text(item) if item.type == "STRING" else self.name(item)

@@ -175,15 +175,19 @@ class _Checker:
             self.elaborator.world = found or vocabulary
         self.world = self.elaborator.world
         self.check_own_names()
-        self.elaborator.assumption = self.assumption()
-        start = self.start()
-        allow = self.allow()
-        weights = self.weights()
-        typed = tuple(o for o in map(self.objective, objectives) if o is not None)
         audience: ast.Audience | None = self.first(ast.Audience)
         observers: tuple[Observer, ...] = (Observer(),)
         if audience is not None:
             observers = self.settings.audience(audience.name, audience.settings)
+            every = (True,) * len(self.world.hypotheses)
+            self.elaborator.thinkable = tuple(
+                tuple(p > 0 for p in o.prior) if o.prior else every for o in observers
+            )
+        self.elaborator.assumption = self.assumption(audience)
+        start = self.start()
+        allow = self.allow()
+        weights = self.weights()
+        typed = tuple(o for o in map(self.objective, objectives) if o is not None)
         plan = self.settings.search(search)
         check_unused(self.program, self.module, self.elaborator, self.problems.append)
         return TypedStory(
@@ -249,10 +253,15 @@ class _Checker:
                 message = f"`{item.name.id}` is the name of a latent of the world"
                 self.problem("shadow", message, item.name.span, "choose another name")
 
-    def assumption(self) -> ty.Mask:
+    def assumption(self, audience: ast.Audience | None) -> ty.Mask:
         statement: ast.Assume | None = self.first(ast.Assume)
         if statement is None:
-            return default_assumption(self.world)
+            usual = default_assumption(self.world)
+            if audience is not None and not self.elaborator.can_hold(usual):
+                message = "some viewer takes it for impossible that everyone is rational"
+                hint = "`assume nothing` drops what is assumed by default"
+                self.problem("impossible", message, audience.span, hint)
+            return usual
         return read_assumption(self.elaborator, statement.condition, self.env)
 
     def start(self) -> ty.Typed | None:

@@ -12,7 +12,7 @@ from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.scope import Env, Module, standard_library
 from i2pdsl.language.statements import DEEPEST
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
@@ -78,6 +78,7 @@ class Elaboration:
         self.report = report
         self.query = query
         self.assumption: ty.Mask = (True,) * len(vocabulary.hypotheses)
+        self.thinkable: tuple[ty.Mask, ...] = ()  # for each viewer: the prior is above 0
         self.entities = (*vocabulary.characters, *vocabulary.things)
         self.used: set[int] = set()  # ids of the lets and patterns that were put in somewhere
         self.depth = 0
@@ -157,6 +158,11 @@ class Elaboration:
             yield
         finally:
             self.depth -= 1
+
+    def can_hold(self, mask: ty.Mask) -> bool:
+        """Whether a condition leaves every viewer a hypothesis with a prior above 0."""
+        every = self.thinkable or ((True,) * len(mask),)
+        return all(any(m and p for m, p in zip(mask, prior, strict=True)) for prior in every)
 
     # Wanted kinds.
 
@@ -254,26 +260,50 @@ class Elaboration:
             raise self.fail("recursion", f"`{name}` is defined by itself: {shown}", span, env)
 
     def strip(
-        self, node: ast.Expr, env: Env, understood: Sequence[object] = ()
+        self, node: ast.Expr, env: Env, understood: Sequence[object] = (), what: str = ""
     ) -> tuple[ast.Expr, Env]:
         """Follows names to the expression that they stand for.
 
         Words that are `understood` at this place (the values of a latent, say) stand for
-        themselves, whatever `let` has the same name.
+        themselves, whatever `let` or parameter has the same name. `what` they are, in words: with
+        it, that is said.
         """
         for _ in range(DEEPEST):
             if not isinstance(node, ast.Name):
+                break
+            # The standard patterns know no world: `who` is their parameter, whoever is called so.
+            own = node.id in env.names and env.module is standard_library()
+            if node.id in understood and not own:
+                if what:
+                    self.check_shadow(node, env, what)
                 break
             if node.id in env.names:
                 bound = env.names[node.id]
                 node, env = bound.expression, self.outside(bound.env, env)
                 continue
-            found = env.module.find(node.id) if node.id not in understood else None
+            found = env.module.find(node.id)
             if found is None or not isinstance(found.item, ast.Let):
                 break
             inner = self.inside_let(node, found.item, found.module, env)
             node, env = found.item.value, self.outside(inner, env)
         return node, env
+
+    def check_shadow(self, node: ast.Name, env: Env, what: str) -> None:
+        """Says so where a `let` has the name of a word of the world that is understood here, and
+        refuses a parameter that has: its argument would be lost."""
+        name = node.id
+        bound = env.names.get(name)
+        if bound is not None:
+            if not isinstance(bound.expression, ast.Name) or bound.expression.id != name:
+                message = f"`{name}` is {what} here, so the parameter `{name}` is never looked at"
+                raise self.fail("shadow", message, node.span, env, "rename the parameter")
+            return
+        found = env.module.find(name)
+        if found is not None and isinstance(found.item, ast.Let):
+            message = f"`{name}` is {what} here, not the `let` of that name"
+            notes = (Note("the `let`", found.item.name.span), *env.notes())
+            hint = "rename the `let`"
+            self.report(Diagnostic("shadow", message, node.span, hint, notes, "warning"))
 
     def latent_named(self, node: ast.Expr, env: Env) -> Latent | None:
         """The latent that an expression names, if it is nothing but a latent's name."""

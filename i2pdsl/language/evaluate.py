@@ -11,6 +11,9 @@ from typing import Any
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Value
 
+Row = Mapping[str, Value]
+"""A hypothesis: the values of the latents that play a part in it."""
+
 _PURE = (ty.Constant, ty.TimeIndex, ty.TimeTable, ty.Symbol, ty.LatentValue, ty.PerHypothesis)
 
 
@@ -52,7 +55,7 @@ def is_pure(node: object) -> bool:
     return all(isinstance(n, (*_PURE, ty.Apply, ty.Points)) for n in ty.walk(node))
 
 
-def evaluate(node: Any, t: int | None = None, row: Mapping[str, Value] | None = None) -> Any:
+def evaluate(node: Any, t: int | None = None, row: Row | None = None) -> Any:
     """The value of a pure expression at frame t under the hypothesis `row`.
 
     A latent that plays no part is None; so is arithmetic with it, and every comparison with it
@@ -182,12 +185,14 @@ def _combine(operation: str, lines: list[Any]) -> tuple[float, float] | None:
 
 
 class NotFiniteError(ArithmeticError):
-    """A part of an expression, `node`, has no finite value at frame `t`."""
+    """A part of an expression, `node`, has no finite value at frame `t`, or under the hypothesis
+    `row`."""
 
-    def __init__(self, node: Any, t: int):
+    def __init__(self, node: Any, t: int | None, row: Row | None = None):
         super().__init__()
         self.node = node
         self.t = t
+        self.row = row
 
 
 def table(node: Any, ts: Sequence[int]) -> list[float]:
@@ -202,19 +207,29 @@ def table(node: Any, ts: Sequence[int]) -> list[float]:
     return values
 
 
-def _is_finite(node: Any, t: int) -> bool:
+def by_hypothesis(node: Any, rows: Sequence[Row]) -> list[Any]:
+    """The values of an expression of latents, None where one plays no part. Raises
+    NotFiniteError."""
+    for row in rows:
+        if not _is_finite(node, None, row):
+            raise NotFiniteError(_culprit(node, None, row), None, row)
+    return [evaluate(node, None, row) for row in rows]
+
+
+def _is_finite(node: Any, t: int | None, row: Row | None = None) -> bool:
     try:
-        return math.isfinite(float(evaluate(node, t)))
+        value = evaluate(node, t, row)
+        return value is None or isinstance(value, str) or math.isfinite(float(value))
     except (ArithmeticError, ValueError):
         return False
 
 
-def _culprit(node: Any, t: int) -> Any:
+def _culprit(node: Any, t: int | None, row: Row | None = None) -> Any:
     """The innermost part of an expression that has no finite value at t."""
     parts: tuple[Any, ...] = node.arguments if isinstance(node, ty.Apply) else ()
-    if isinstance(node, ty.Apply) and node.operation == "choose" and _is_finite(parts[0], t):
-        parts = (parts[1] if evaluate(parts[0], t) else parts[2],)
-    return next((_culprit(p, t) for p in parts if not _is_finite(p, t)), node)
+    if isinstance(node, ty.Apply) and node.operation == "choose" and _is_finite(parts[0], t, row):
+        parts = (parts[1] if evaluate(parts[0], t, row) else parts[2],)
+    return next((_culprit(p, t, row) for p in parts if not _is_finite(p, t, row)), node)
 
 
 def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> Any:
@@ -249,16 +264,20 @@ def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> 
     return node
 
 
-def fold_hypotheses(node: Any, rows: tuple[dict[str, Value], ...]) -> Any:
+def fold_hypotheses(node: Any, rows: tuple[Row, ...], mask: ty.Mask) -> Any:
     """Replaces what depends on the hypothesis alone by one number for each hypothesis.
 
-    Where a latent plays no part the number is 0; the expectation's mask excludes it.
+    Where a latent plays no part, and outside the expectation's mask, the number is 0.
+    Raises NotFiniteError.
     """
     if is_pure(node) and node.axes == ty.HYPOTHESIS:
-        values = [evaluate(node, None, row) for row in rows]
-        return ty.PerHypothesis(tuple(0.0 if v is None else float(v) for v in values))
+        taken = [row for row, holds in zip(rows, mask, strict=True) if holds]
+        values = iter(by_hypothesis(node, taken))
+        numbers = [next(values) if holds else 0.0 for holds in mask]
+        return ty.PerHypothesis(tuple(0.0 if v is None else float(v) for v in numbers))
     if isinstance(node, ty.Apply):
-        return replace(node, arguments=tuple(fold_hypotheses(a, rows) for a in node.arguments))
+        folded = tuple(fold_hypotheses(a, rows, mask) for a in node.arguments)
+        return replace(node, arguments=folded)
     if isinstance(node, ty.Points):
-        return replace(node, at=fold_hypotheses(node.at, rows))
+        return replace(node, at=fold_hypotheses(node.at, rows, mask))
     return node

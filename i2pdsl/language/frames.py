@@ -131,7 +131,7 @@ class Frames(Predicates):
 
     def act(self, move: ast.Move, env: Env) -> tuple[str, ty.Act, ast.Move]:
         def action() -> int:
-            stripped, inner = self.strip(move.action, env, self.world.actions)
+            stripped, inner = self.strip(move.action, env, self.world.actions, "an action")
             if not isinstance(stripped, ast.Name) or stripped.id not in self.world.actions:
                 shown = stripped.span.text
                 hint = did_you_mean(shown, self.world.actions)
@@ -152,7 +152,7 @@ class Frames(Predicates):
         if event not in self.world.events:
             hint = did_you_mean(event, self.world.events)
             raise self.fail("no-event", f"there is no event `{event}`", fall.event.span, env, hint)
-        stripped, inner = self.strip(fall.thing, env, self.world.events[event])
+        stripped, inner = self.strip(fall.thing, env, self.world.events[event], "an object")
         thing = stripped.id if isinstance(stripped, ast.Name) else stripped.span.text
         if thing not in self.world.events[event]:
             hint = did_you_mean(thing, self.world.events[event])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
 from lark import Token
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
@@ -92,6 +93,8 @@ def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
     character, pair = source.text[start], source.text[start : start + 2]
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     hint = _HINTS_FOR_CHARACTERS.get(pair) or _HINTS_FOR_CHARACTERS.get(character)
+    if unicodedata.category(character).startswith("M"):  # behind a word such as `E`
+        hint = "write the letter and its mark as one character, as most keyboards do"
     if character == ".":
         hint = "numbers need digits on both sides of the point: `0.5`"
         if source.text[:start].endswith(".."):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, whole_file
 from i2pdsl.language import ast
+from i2pdsl.language.naming import same_name
 from i2pdsl.language.parse import parse_expression, parse_tolerantly
 from i2pdsl.language.settings import SEARCH_SETTINGS
 
@@ -27,6 +28,7 @@ def override(
     where, is_set = f"--set {name}", value.lstrip().startswith("{")
     parse_expression(Source(where, f"0 in {value}" if is_set else value))
     program, _ = parse_tolerantly(source)
+    name = same_name(name)
     for let in program.of(ast.Let):
         if let.name.id == name:
             return _replaced(source, let.value.span, value)

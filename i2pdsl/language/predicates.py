@@ -91,9 +91,9 @@ class Predicates(Arithmetic):
 
     def named(self, node: ast.Expr, env: Env, known: Sequence[str], what: str) -> str:
         """The character, object or either that an expression names."""
-        stripped, inner = self.strip(node, env, known)
-        code = {"character": "no-character", "object": "no-object"}.get(what, "no-thing")
         label = {"thing": "character or object"}.get(what, what)
+        stripped, inner = self.strip(node, env, known, f"the name of a {label}")
+        code = {"character": "no-character", "object": "no-object"}.get(what, "no-thing")
         if not isinstance(stripped, ast.Name):
             hint = "known here: " + ", ".join(known)
             article = "an" if label[0] in "aeio" else "a"
@@ -111,7 +111,7 @@ class Predicates(Arithmetic):
 
     def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
         """The cells that a tile's name or a pair (column, row) stands for."""
-        stripped, inner = self.strip(node, env, tuple(self.world.places))
+        stripped, inner = self.strip(node, env, tuple(self.world.places), "the name of a tile")
         if isinstance(stripped, ast.Name):
             if stripped.id not in self.world.places:
                 hint = did_you_mean(stripped.id, self.world.places) or "or write (column, row)"

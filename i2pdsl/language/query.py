@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
+from i2pdsl.language.beliefs import UNTHINKABLE
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
@@ -31,14 +32,16 @@ def check_query(
     length: int,
     assumption: ty.Mask | None = None,
     assume: Source | None = None,
+    thinkable: tuple[ty.Mask, ...] = (),
 ) -> TypedQuery:
     """Checks an expression over a finished script of `length` frames.
 
     `assumption` is the story's; `assume` is the text of another one ('nothing' drops it).
-    Raises StoryError.
+    `thinkable` says for each viewer which hypotheses have a prior above 0. Raises StoryError.
     """
     problems: list[Diagnostic] = []
     elaborator = Elaborator(vocabulary, length, problems.append, query=True)
+    elaborator.thinkable = thinkable
     env = Env(module)
     value: ty.Typed = ty.Constant(0.0)
     times = range(length + 1)
@@ -83,8 +86,9 @@ def read_assumption(elaborator: Elaborator, condition: ast.Expr | None, env: Env
         mask = elaborator.mask(condition, env, "condition")
     except Stop:
         return every
-    if not any(mask):
+    if not elaborator.can_hold(mask):
         message = "no hypothesis fulfils this assumption"
-        elaborator.report(Diagnostic("impossible", message, condition.span))
+        hint = UNTHINKABLE if any(mask) else None
+        elaborator.report(Diagnostic("impossible", message, condition.span, hint))
         return every
     return mask

@@ -11,11 +11,12 @@ from pathlib import Path
 from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, error, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.naming import same_name, with_marks
 from i2pdsl.language.parse import parse_file, parse_tolerantly
 from i2pdsl.language.statements import read_source
 from i2pdsl.resources import data_folder
 
-_UNREAD_NAME = re.compile(r"^(?:let|pattern)\s+(\w+)", re.MULTILINE)
+_UNREAD_NAME = re.compile(with_marks(r"^(?:let|pattern)\s+(\w+)"), re.MULTILINE)
 MOST_NOTES = 4  # uses of patterns within patterns that a message shows
 LIBRARY_STATEMENTS = (ast.Let, ast.Pattern, ast.Import)
 COMPILED = ".i2plib"
@@ -224,7 +225,8 @@ def compiled_library(path: Path, here: Span) -> Module:
 
 def define(module: Module, program: ast.Program, report: Callable[[Diagnostic], None]) -> None:
     """Adds a program's own lets and patterns to a module."""
-    module.unread.update(_UNREAD_NAME.findall("\n".join(span.text for span in program.unread)))
+    unread = "\n".join(span.text for span in program.unread)
+    module.unread.update(map(same_name, _UNREAD_NAME.findall(unread)))
     own: dict[str, Span] = {}
     for item in program.statements:
         if not isinstance(item, ast.Let | ast.Pattern):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
+from math import isfinite
 
 from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
@@ -48,6 +50,10 @@ SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
     ),
     "naive": (_NOISE,),
 }
+
+
+def _is_weight(value: float | None) -> bool:
+    return value is not None and value >= 0 and isfinite(value)
 
 
 class Settings:
@@ -177,13 +183,16 @@ class Settings:
         weights: list[float | None] = []
         if is_pure(value) and not value.axes.time:
             rows = self.elaborator.world.hypotheses
-            weights = [evaluate(value, None, row) for row in rows]
-        if not weights or any(w is None or not w >= 0 for w in weights) or not any(weights):
+            with suppress(ArithmeticError, ValueError):  # 1 / rho
+                weights = [evaluate(value, None, row) for row in rows]
+        if not weights or not all(_is_weight(w) for w in weights) or not any(weights):
             message = "a prior is a number for each hypothesis, at least 0 and not 0 everywhere"
             hint = "for instance `prior = if rho > 0 then 2 else 1`"
             self.problem("audience", message, node.span, hint)
             return None
         numbers = [float(w) for w in weights if w is not None]
+        if not isfinite(sum(numbers)):
+            numbers = [w / max(numbers) for w in numbers]
         return tuple(w / sum(numbers) for w in numbers)
 
     # Searches.

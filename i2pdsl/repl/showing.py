@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from i2pdsl.answers import Answer
+from i2pdsl.answers import Answer, number
 from i2pdsl.errors import Diagnostic
 from i2pdsl.repl.curves import Ink, curves_of, draw_curves
 from i2pdsl.repl.texts import laid_out, wrapped
@@ -95,10 +95,6 @@ class Reply:
     diagnostics: tuple[Diagnostic, ...] = ()
     leaves: bool = False
     noted: tuple[str, ...] = ()
-
-
-def number(value: float | np.ndarray) -> str:
-    return f"{float(value):.6g}"
 
 
 # In a pipe: one line for each answer.

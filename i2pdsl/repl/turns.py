@@ -10,6 +10,7 @@ import numpy as np
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
+from i2pdsl.language.naming import NAME, same_name
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.vocabulary import Vocabulary
@@ -20,10 +21,8 @@ from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.world import World
 
-_ACT = re.compile(r"\s*(?P<who>[^\W\d]\w*)(?:\s*:\s*|\s+)(?P<what>[^\W\d]\w*\s*!?)\s*$")
-_EVENT = re.compile(
-    r"\s*(?P<who>[^\W\d]\w*)(?:\s*:\s*|\s+)(?P<what>[^\W\d]\w*\s+at\b.*)$", re.DOTALL
-)
+_ACT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s*!?)\s*$")
+_EVENT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s+at\b.*)$", re.DOTALL)
 _BEFORE = "script ++ "
 MOST_FRAMES = 10_000  # that one `play` or `suggest` adds on the hill
 
@@ -69,7 +68,7 @@ def written_turn(typed: str, words: Vocabulary) -> WrittenTurn:
         if match is None:  # the parser says what is wrong
             put(part.strip(), begins + len(part) - len(part.lstrip()))
         else:
-            named.add(match["who"])
+            named.add(same_name(match["who"]))
             put(match["who"], begins + match.start("who"))
             text += ": "
             put(match["what"].rstrip(), begins + match.start("what"))

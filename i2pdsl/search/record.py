@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import unicodedata
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -12,6 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import Source, Span, error, shorten, whole_file
+from i2pdsl.language.naming import same_name
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import LONGEST_FILE, read_source
 from i2pdsl.resources import write_text
@@ -114,6 +116,15 @@ def read_record(path: Path | str) -> Record:
     return parse_record(source)
 
 
+def _same_names(value: Any) -> Any:
+    """Plain data with every name and word in the one form that the language gives them."""
+    if isinstance(value, dict):
+        return {same_name(key): _same_names(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_same_names(item) for item in value]
+    return same_name(value) if isinstance(value, str) else value
+
+
 def parse_record(source: Source) -> Record:
     """Reads the text of a script file."""
     excess = json_excess(source.text, _DEEPEST)
@@ -150,6 +161,8 @@ def parse_record(source: Source) -> Record:
     if settings is not None and not isinstance(settings, dict):
         wrong('"settings" of the world must be an object', '"settings": {"beta": 1.0}')
     start, frames = document.get("start"), document.get("frames")
+    if not unicodedata.is_normalized("NFC", source.text):
+        start, frames = _same_names(start), _same_names(frames)
     if not isinstance(start, dict):
         wrong('the script has no "start"', '"start": {"cheese": [3, 1], ...}')
     if not isinstance(frames, list):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import re
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest
 from i2pdsl.language.check import check_query, check_source
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import build_module
@@ -148,3 +149,64 @@ def test_files_that_cannot_be_read(code: str, request: pytest.FixtureRequest) ->
     if request.config.getoption("--update-goldens", default=False):
         golden.write_text(shown(caught.value.diagnostics), encoding="utf-8")
     assert shown(caught.value.diagnostics) == golden.read_text(encoding="utf-8")
+
+
+def columns(text: str) -> int:
+    """The columns that a text takes in a terminal, by Unicode's tables alone."""
+    width = {"W": 2, "F": 2}
+    marks = ("Mn", "Me", "Cf")
+    return sum(
+        0 if unicodedata.category(c) in marks else width.get(unicodedata.east_asian_width(c), 1)
+        for c in text
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong"),
+    [
+        ("let a = sum_t P(G_猫 = 種 | script[:t]) + foo", "foo"),
+        ("let a = 種", "種"),
+        ("let 한글 = 犬と猫 + foo", "犬と猫"),
+        ("let e\u0301te\u0301 = foo", "foo"),
+        ('let a = "\N{CAT FACE}\N{PARTY POPPER}" + foo', "foo"),
+        ("let ผี = foo", "foo"),
+        ("let שלום = foo", "foo"),
+        ("let a =\tfoo", "foo"),
+        ("let ｗｉｄｅ = foo", "foo"),
+    ],
+)
+def test_carets_stand_under_the_word_in_every_script(line: str, wrong: str) -> None:
+    at = line.rindex(wrong)
+    source = Source("any.story", f"world fork\n{line}\n")
+    place = Span(source, 11 + at, 11 + at + len(wrong))
+    problem = Diagnostic("unknown-name", "unknown name", place)
+    _, shown, carets = problem.render().split("\n")
+    before, _, _ = shown.rpartition(wrong)
+    assert carets.index("^") == columns(before)
+    assert carets.count("^") == columns(wrong)
+    # For programs a column is a character, as ever.
+    assert problem.as_json()["column"] == at + 1
+    assert problem.as_json()["end_column"] == at + 1 + len(wrong)
+
+
+def test_a_mark_alone_has_a_caret_under_its_letter() -> None:
+    source = Source("any.story", "let a = e\u0301")
+    carets = Diagnostic("syntax", "wrong", Span(source, 9, 10)).render().split("\n")[2]
+    assert carets == "      |         ^"
+
+
+def test_hints_never_guess_far() -> None:
+    for word, meant in [
+        ("colour", "color"), ("gama", "gamma"), ("roh", "rho"), ("forgeting", "forgetting"),
+        ("G_chese", "G_cheese"), ("PINK", "pink"), ("forget", "forgetting"), ("goal", "goals"),
+        ("probabilty", "probability"), ("ｐｉｎｋ", "pink"),
+    ]:  # fmt: skip
+        assert closest(word, ["green", "absent", meant]) == meant
+    for word, far in [
+        ("sees", "pushes"), ("agent", "event"), ("moves", "models"), ("at", "t"), ("ab", "ba"),
+        ("start", "stay"), ("door", "order"), ("G_犬", "G_猫"), ("horizon", "rewards"),
+    ]:  # fmt: skip
+        assert closest(word, ["green", far]) is None, word
+    assert closest("ma", ["map", "max"]) is None
+    assert closest("max", ["maximize", "maximum"]) is None
+    assert closest("x" * 10_000, ["x" * 9_999]) is None

@@ -14,6 +14,8 @@ from i2pdsl.language.check import Library, TypedQuery, TypedStory, check_query, 
 from i2pdsl.language.scope import Module
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 
 ROOT = Path(__file__).parents[2]
 KITCHEN = find_vocabulary("kitchen")
@@ -250,6 +252,99 @@ def test_names_of_values_are_understood_beside_their_latent() -> None:
         "depict(rho > 0, script ++ [cheese: stay, robot: stay])"
     )
     assert objective("none * robot", *lets) == ty.Constant(3.0)
+
+
+def shadows(text: str, *statements: str, folder: Path | None = None) -> list[tuple[str, str]]:
+    """The severities and the places of what is said about names that the world has too."""
+    lines = ("world fork", "length 4", *statements, f"maximize {text}", "")
+    try:
+        found = check_source(Source("s", "\n".join(lines)), find_vocabulary, folder).warnings
+    except StoryError as problem:
+        found = problem.diagnostics
+    assert {d.code for d in found} <= {"shadow"}
+    return [(d.severity, d.span.text) for d in found]
+
+
+def test_a_value_comes_before_lets_and_parameters_of_its_name(tmp_path: Path) -> None:
+    plain = "sum_t P(G_robot = left | script[:t])"
+    wanted = "pattern wanted(left) = sum_t P(G_robot = left | script[:t])"
+    warned, refused = [("warning", "left")], [("error", "left")]
+    for let in ("let left = right", "let left = 3", "let left = G_robot"):
+        assert shadows(plain, let) == warned
+        assert shadows("sum_t P(left != G_robot | script[:t])", let) == warned
+        assert shadows("sum_t P(not G_robot in {left} | script[:t])", let) == warned
+        assert shadows("depict(G_robot = left)", let) == warned
+        assert shadows("f(left)", let, wanted.replace("left", "x").replace("wanted", "f")) == warned
+    assert shadows("wanted(right)", wanted) == refused
+    assert shadows("wanted(left = right)", wanted) == refused
+    assert shadows("wanted()", wanted.replace("(left)", "(left = right)")) == refused
+    assert shadows("wanted(left)", wanted) == []
+    (tmp_path / "mine.story").write_text(wanted + "\n", encoding="utf-8")
+    assert shadows("wanted(right)", "import mine", folder=tmp_path) == refused
+    # Elsewhere the name is what the story says.
+    assert shadows("left * T", "let left = 3") == []
+    assert shadows("f(3)", "pattern f(left) = left * sum_t P(G_robot = right | script[:t])") == []
+    # So it is with characters, tiles and actions.
+    seen = "sum_t [at(robot, left) @ script[t]]"
+    assert shadows(seen, "let robot = 3", "let left = right") == [
+        ("warning", "robot"),
+        ("warning", "left"),
+    ]
+    assert shadows("f(robot)", f"pattern f(left) = {seen}") == refused
+    assert shadows("depict(G_robot = right, script ++ [robot: east])", "let east = west") == [
+        ("warning", "east")
+    ]
+
+
+def test_the_standard_patterns_serve_a_world_with_names_like_their_parameters() -> None:
+    text = "map\n    A.B\ntile event\n".replace("event", "shape") + "    symbol = A\ntile over\n"
+    text += "    symbol = B\ncharacter who\n    goals = {shape, over}\n"
+    words = grid_vocabulary(parse_world(Source("w.world", text), "w"))
+    story = "world w\nlength 4\nmaximize arc(who)\nmaximize depict(G_who = over)\n"
+    checked = check_source(Source("s", story), lambda *_: words)
+    assert checked.warnings == ()
+
+
+def test_a_condition_needs_a_hypothesis_that_every_viewer_thinks_possible() -> None:
+    some = "audience average(bayesian, bayesian(prior = if rho > 0 then 0 else 1))"
+    for objective_ in (
+        "sum_t P(G_cheese = pink | script[:t], rho > 0)",
+        "sum_t P(G_cheese = pink | script[:t], rho >= 0, rho != 0)",
+        "irony(G_cheese = pink, rho = 3, rho > 0, rho < 0)",
+        "sum_t E[V(robot) | script[:t], rho = 1]",
+        "sum_t KL(script[:t-1] || script[:t], rho = 1)",
+        "entropy(G_cheese | script[:T], rho in {1, 3})",
+        "entropy(script[:T], rho in {1, 3})",
+        "suspense(G_cheese | script[:2], rho = 1)",
+    ):
+        text = f"world kitchen\nlength 5\nmaximize {objective_}\n"
+        assert codes(f"{text}{some}\n") == ["impossible"], objective_
+        assert codes(f"{some}\n{text}assume rho >= 0\nmaximize 1 + x\n") == [
+            "impossible",
+            "unknown-name",
+        ]
+        check_source(Source("s", text), find_vocabulary)
+    plain = f"world kitchen\nlength 5\nmaximize depict(rho < 0)\n{some}\n"
+    assert codes(plain + "assume rho > 0\n") == ["impossible"]
+    check_source(Source("s", plain + "assume rho <= 0\n"), find_vocabulary)
+    odd = "world kitchen\nlength 5\nmaximize depict(rho > 0)\naudience bayesian(prior = {})\n"
+    usual = odd.format("if R_cheese and R_robot then 0 else 1")
+    assert codes(usual) == ["impossible"]
+    check_source(Source("s", f"{usual}assume nothing\n"), find_vocabulary)
+    for prior in ("1 / rho", "exp(1000 * (if rho > 0 then 1 else 0))", "log(rho)", "0", "-1"):
+        assert codes(odd.format(prior)) == ["audience"]
+    check_source(Source("s", odd.format("if rho > 0 then 1e308 else 1e307")), find_vocabulary)
+
+
+def test_an_expression_without_a_value_under_some_hypothesis() -> None:
+    for quantity in ("1 / rho", "exp(1000 * rho)", "sqrt(rho)", "rho ^ 0.5"):
+        assert codes(f"world kitchen\nlength 3\nmaximize E[{quantity} | script[:T]]\n") == [
+            "arithmetic"
+        ]
+        with pytest.raises(StoryError, match="where rho = "):
+            query(f"P({quantity} > 0 | script[:T])")
+    query("E[1 / rho | script[:T], rho != 0]")
+    query("P(rho != 0 and 1 / rho > 0 | script[:T])")
 
 
 def test_parameters_may_stand_for_anything() -> None:

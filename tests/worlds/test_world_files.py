@@ -12,6 +12,7 @@ from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.worlds.grid.parse import load_world, parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS
 from i2pdsl.worlds.hypotheses import grid_hypotheses
 
 ROOT = Path(__file__).parents[2]
@@ -264,3 +265,168 @@ def test_the_hypotheses_of_other_casts() -> None:
     assert kinds[(False, False)] == 1
     assert not any("rho" in row for row in grid_hypotheses(two))
     assert kinds[(True, True)] == 6
+
+
+# Names, maps that are pasted in, and words of other tools.
+
+PAIR = """map
+    A...B
+tile {tile}
+    symbol = A
+tile other
+    symbol = B
+character {who}
+    goals = {{{tile}, other}}
+    pushes = {{{thing}}}
+    toward = friend
+    attitude = {{-1, 1}}
+character friend
+    goals = {{other}}
+object {thing}
+    may_be_absent = yes
+"""
+
+
+@pytest.mark.parametrize("kind", ["who", "tile", "thing"])
+@pytest.mark.parametrize("name", ["event", "state", "unknown", "rho", "script", "north", "none"])
+def test_names_that_mean_something_else_are_refused_at_their_place(kind: str, name: str) -> None:
+    text = PAIR.format(**{"who": "me", "tile": "home", "thing": "stone", kind: name})
+    (found,) = mistakes(text)
+    assert found.code == "reserved"
+    assert found.hint == "choose another name"
+    assert found.span.text == name
+
+
+def test_latents_keep_their_names() -> None:
+    for name in ("G_me", "R_me", "G_friend"):
+        found = mistakes(PAIR.format(who="me", tile=name, thing="stone"))
+        assert [d.code for d in found] == ["reserved"]
+    world(PAIR.format(who="me", tile="G_you", thing="R_you"))
+    alone = "map\n    A.\ntile rho\n    symbol = A\ncharacter me\n    goals = {rho}\n"
+    assert "rho" not in grid_vocabulary(world(alone)).latents
+
+
+def test_a_tile_may_be_called_like_a_block_or_a_key() -> None:
+    for name in ("planning", "rewards", "map", "tile", "goals", "symbol", "order"):
+        text = PAIR.format(who="me", tile=name, thing="stone")
+        assert (
+            world(text + "planning\n    beta = 1\nrewards\n    move = -2\n").tiles[0].name == name
+        )
+
+
+def test_one_name_has_many_spellings() -> None:
+    two, one = "e\u0301te\u0301", "\u00e9t\u00e9"
+    text = PAIR.format(who="me", tile=two, thing="stone").replace(f"{{{two},", f"{{{one},")
+    assert world(text).tiles[0].name == one
+    for a, b in ((two, one), ("\uff21", "A"), ("\ufb01sh", "fish")):
+        (found,) = mistakes(PAIR.format(who="me", tile=a, thing=b).replace("pushes", "# pushes"))
+        assert found.code == "duplicate"
+        assert found.notes
+
+
+@pytest.mark.parametrize(
+    "name", ["猫", "بيت", "חתול", "बिल्ली", "แมวน้ำ", "か\u3099", "Straße", "x\u0308y"]
+)
+def test_names_of_every_script(name: str) -> None:
+    spec = world(PAIR.format(who=name, tile="home", thing="stone"))
+    assert f"G_{spec.characters[0].name}" in grid_vocabulary(spec).latents
+
+
+def test_a_pasted_map_has_one_mistake_for_each_symbol() -> None:
+    kitchen = (
+        "map\n    XXXPX\n    X 1 P\n    D2X X\n    O   X\n    XOSXX\ncharacter one\ncharacter two\n"
+    )
+    found = mistakes(kitchen)
+    counts = {"X": "11 cells", "P": "2 cells", "O": "2 cells"}
+    counts |= dict.fromkeys("12DS", "1 cell")
+    told = {d.message.split("`")[1]: d for d in found if "unknown symbol" in d.message}
+    assert len(found) == len(told) + 1
+    assert {s for s in told if f"on {counts[s]} of the map" in told[s].message} == set(counts)
+    assert all("`tile NAME`" in (d.hint or "") for d in told.values())
+    assert "start at(NAME, (2, 1))" in (told["1"].hint or "")
+    (spaces,) = (d for d in found if d not in told.values())
+    assert spaces.message.endswith("has 6")
+    # Levels are ragged, and begin with spaces.
+    level = "map\n      #####\n    ###   #\n    # $ # ##\n    # #  @ #\n    ########\ncharacter a\n"
+    assert [d.code for d in mistakes(level)] == ["world-map"] * 3
+
+
+@pytest.mark.parametrize("sign", [*"@$*+()[]{}!=,|%&<>?;:^~\\/'", "\N{CAT FACE}"])
+def test_a_sign_that_is_a_symbol_needs_quotes(sign: str) -> None:
+    text = f"map\n    .{sign}..\ntile a\n    symbol = SIGN # here\n    color = red\ncharacter b\n"
+    text += "    goals = {a, c}\n"
+    quotes, color, tile = mistakes(text.replace("SIGN", sign))
+    assert quotes.hint == f'write `symbol = "{sign}"`'
+    assert quotes.span.text == sign
+    assert (color.span.text, tile.span.text) == ("red", "c")
+    assert len(mistakes(text.replace("SIGN", f'"{sign}"'))) == 2
+
+
+def test_no_kind_of_mistake_hides_another() -> None:
+    text = """map
+    A..X
+    ..X.
+    B...
+tile a
+    symbol = A
+    reward 3
+    colour = red
+tile b
+    symbol = B
+tile state
+    cell = (9, 9)
+character bob
+    goals = {a, state, zzz}
+    success 0.5
+    pushes = {nobody
+    toward = tim
+object crate
+    heavy = = 2
+    may_be_absent = perhaps
+event deus
+    drops = {crte}
+planning
+    gama = 1
+    beta = -1
+length 15
+agent tim
+    goals = {a}
+"""
+    lines = [d.span.source.position(d.span.start)[0] for d in mistakes(text)]
+    #        X  rew col state cell zzz succ { heavy perh crte gama beta length agent
+    assert lines == [2, 7, 8, 11, 12, 14, 15, 16, 19, 20, 22, 24, 25, 26, 27]
+
+
+def test_words_of_other_blocks_and_of_other_tools_are_told_where_they_belong() -> None:
+    base = "map\n    ..\ncharacter bob\n{}\n"
+    for line, hint in [
+        ("    forgetting = 0.1", "`forgetting` belongs to `audience`"),
+        ("    start = (1, 0)", "`start` belongs in the story: `start at(bob, (column, row))`"),
+        ("    sees = 2", "there is no limited sight"),
+        ("    moves = {north, northeast}", "there are no other moves"),
+        ("    goal = a", "did you mean `goals`?"),
+        ("    horizon = 3", "there is no horizon"),
+        ("door d", "there are no doors"),
+        ("agent tim", "someone who acts is a `character`"),
+        ("Box b", "is an `object`"),
+        ("maximize 3", "`maximize` belongs in the story"),
+        ("beta = 3", "`beta` belongs to `planning`"),
+        ("wall w", "drawn as `#`"),
+        ("floor f", "`floor` belongs to `drawing`"),
+        ("zebra z", "blocks: map, tile"),
+    ]:
+        (found,) = mistakes(base.format(line))
+        assert hint in (found.hint or ""), found.render()
+    for word, told in ELSEWHERE.items():
+        assert word == word.lower()
+        assert len(told) < 100
+        assert word not in KEYS
+
+
+def test_worlds_tell_their_own_number_of_hypotheses() -> None:
+    for name in ("kitchen", "fork", "maze"):
+        spec = load_world(ROOT / "stories" / "worlds" / f"{name}.world")
+        about = grid_vocabulary(spec).settings["hypotheses"].documentation
+        for kind in ("merged", "literal"):
+            count = len(grid_hypotheses(spec.with_settings({"hypotheses": kind})))
+            assert f"({count})" in about.split(kind)[1]

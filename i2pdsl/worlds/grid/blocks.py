@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -15,39 +15,69 @@ from lark.utils import TextSlice
 from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
+from i2pdsl.language.naming import NAME, same_name, with_marks
 from i2pdsl.language.statements import Piece, check_text, split_statements
 from i2pdsl.resources import data_folder
+from i2pdsl.worlds.grid.spec import FLOOR, WALL
+from i2pdsl.worlds.grid.words import KEYS, NAMED, hint_elsewhere
 
-KEYWORDS = (
-    "map",
-    "tile",
-    "object",
-    "character",
-    "event",
-    "rewards",
-    "planning",
-    "audience",
-    "drawing",
-)
+KEYWORDS = ("map", *KEYS)
 MAP = frozenset(("map",))  # its lines are drawn, not written
-NAMED = ("tile", "object", "character", "event")
+_WORD = re.compile(NAME)
+_SECOND_WORD = re.compile(rf"\S+\s+({NAME})")
+_SYMBOL = re.compile(r'\bsymbol[ \t]*=[ \t]*"?(\S)')
+# What stands behind `symbol =` without the quotes that it needs.
+_BARE_SIGN = re.compile(
+    r'^([^#"\n]*\bsymbol[ \t]*=[ \t]*)([^\w\s"]|[^\w\s"({[]\S*)(?=[ \t]*(?:#.*)?$)', re.MULTILINE
+)
+_COMMENT = re.compile(r"\s(#+\s*[^\W\d_]{3}.*)$")  # behind a row, where `#` may be a wall too
 
 
 @cache
 def grammar() -> Lark:
     text = (data_folder("grammar") / "world.lark").read_text(encoding="utf-8")
     return Lark(
-        text, parser="lalr", lexer="contextual", start="statement", propagate_positions=True
+        with_marks(text),
+        parser="lalr",
+        lexer="contextual",
+        start=["statement", "entries"],
+        propagate_positions=True,
     )
 
 
 def block_tree(piece: Piece) -> Tree[Token]:
     """Lark's tree of a block. Raises StoryError."""
-    source, span = piece.span.source, piece.span
+    return _tree(piece.span, "statement")
+
+
+def _tree(span: Span, start: str) -> Tree[Token]:
     try:
-        return grammar().parse(TextSlice(source.text, span.start, span.end))
+        text = TextSlice(span.source.text, span.start, span.end)
+        return grammar().parse(text, start=start)
     except UnexpectedInput as problem:
-        raise StoryError([explain(problem, source, span)]) from None
+        raise StoryError([explain(problem, span.source, span)]) from None
+
+
+def with_quoted_signs(source: Source) -> tuple[Source, list[Diagnostic]]:
+    """The text with a letter for each sign that stands behind `symbol =` without quotes, so that
+    the rest can be read, and what is wrong about them."""
+    problems = []
+
+    def letters(match: re.Match[str]) -> str:
+        sign = match[2]
+        if is_mark(sign):
+            hint = f'write `symbol = "{sign}"`'
+            message = f"`{sign}` needs quotes to be a symbol"
+            problems.append(Diagnostic("syntax", message, Span(source, *match.span(2)), hint))
+        return match[1] + "x" * len(sign)
+
+    text = _BARE_SIGN.sub(letters, source.text)
+    return Source(source.name, text), problems
+
+
+def is_mark(text: str) -> bool:
+    """Whether a text can be the symbol of a tile."""
+    return len(text) == 1 and text not in (WALL, FLOOR) and not text.isspace()
 
 
 def format_world(source: Source) -> str:
@@ -56,6 +86,9 @@ def format_world(source: Source) -> str:
     Raises StoryError if it has syntax errors.
     """
     check_text(source)
+    unquoted = with_quoted_signs(source)[1]
+    if unquoted:
+        raise StoryError(unquoted)
     cut = split_statements(source, KEYWORDS, drawn=MAP)
     return format_statements(source, cut, block_tree, drawn=MAP)
 
@@ -76,29 +109,75 @@ class Block:
     span: Span  # of the name, or of the keyword where there is none
     entries: dict[str, Value]
     keys: dict[str, Span]
+    damaged: bool = False  # a line of it could not be read
+
+    def mentioned(self) -> set[Any]:
+        """The words in its values."""
+        lists = [v.value if v.kind == "list" else [v] for v in self.entries.values()]
+        return {v.value for values in lists for v in values if v.kind in ("name", "text")}
 
 
 class BlockReader:
     """Collects the blocks of a file, and gives typed access to their entries.
 
-    `incomplete` is whether a block could not be read: what seems to be missing may stand there.
+    A line that cannot be read spoils neither the rest of its block nor the other blocks.
+
+    Attributes:
+        incomplete: whether a block could not be read: what seems to be missing may stand there.
+        lost: the texts of such blocks.
+        unsure: the kinds of blocks (`tile`, ...) of which one has lost its name.
+        spaced: whether the map has spaces for floor.
     """
 
     def __init__(self, source: Source):
         self.source = source
+        self.readable = source  # the same places, and what stands there can be parsed
         self.problems: list[Diagnostic] = []
         self.blocks: list[Block] = []
         self.rows: list[tuple[str, Span]] | None = None
         self.map_span = Span(source, 0, 0)
         self.incomplete = False
+        self.lost: list[str] = []
+        self.unsure: set[str] = set()
+        self.spaced = False
 
     def read(self) -> None:
         """Reads the whole text."""
-        pieces, unread, problems = split_statements(self.source, KEYWORDS, drawn=MAP)
-        self.problems.extend(problems)
-        self.incomplete = bool(unread)
+        self.readable, unquoted = with_quoted_signs(self.source)
+        self.problems.extend(unquoted)
+        pieces, unread, problems = split_statements(self.readable, KEYWORDS, drawn=MAP)
+        self.report(problems)
         for piece in pieces:
             self.statement(piece)
+        for span in unread:  # the mistake is known: brackets, quotes, indentation
+            word = _WORD.match(span.text)
+            if word and word[0] in KEYS:
+                self.salvage(span, None)
+            else:
+                self.lose(span.text, closest(word[0], KEYWORDS) if word else None)
+
+    def report(self, problems: Iterable[Diagnostic]) -> None:
+        """Reports mistakes in the readable text at their places in the text as it was written."""
+        here = lambda span: Span(self.source, span.start, span.end)
+        for d in problems:
+            notes = tuple(replace(note, span=here(note.span)) for note in d.notes)
+            self.problems.append(replace(d, span=here(d.span), notes=notes))
+
+    def lose(self, text: str, kind: str | None) -> None:
+        """Notes a block that could not be read; `kind` is what it would have been."""
+        self.incomplete = True
+        self.lost.append(text)
+        if kind in NAMED and not _SECOND_WORD.match(text):
+            self.unsure.add(kind)
+
+    def may_be_lost(self, name: str, kinds: str) -> bool:
+        """Whether an unknown name may be that of a block that could not be read."""
+        names = {same_name(found[1]) for found in map(_SECOND_WORD.match, self.lost) if found}
+        return name in names or any(kind in kinds for kind in self.unsure)
+
+    def lost_symbols(self) -> set[str]:
+        """The symbols of tiles that could not be read."""
+        return {sign for text in self.lost for sign in _SYMBOL.findall(text)}
 
     def problem(
         self, code: str, message: str, span: Span, hint: str | None = None, note: Note | None = None
@@ -110,26 +189,74 @@ class BlockReader:
 
     def statement(self, piece: Piece) -> None:
         if piece.keyword not in KEYWORDS:
-            self.incomplete = True
+            meant = closest(piece.keyword, KEYWORDS)
+            self.lose(self.source.text[piece.span.start : piece.span.end], meant)
             if not piece.keyword and self.rows == []:
                 return  # a row in the first column: the empty map was reported
             start = piece.span.start
             span = Span(self.source, start, start + max(1, len(piece.keyword)))
             shown = shorten(piece.keyword) or piece.span.text[:1]
-            close = closest(piece.keyword, KEYWORDS)
-            hint = f"did you mean `{close}`?" if close else "blocks: " + ", ".join(KEYWORDS)
+            hint = f"did you mean `{meant}`?" if meant else hint_elsewhere(piece.keyword)
+            hint = hint or "blocks: " + ", ".join(KEYWORDS)
             self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
             return
         try:
             tree = block_tree(piece)
         except StoryError as problem:
-            self.problems.extend(problem.diagnostics)
-            self.incomplete = True
+            self.report(problem.diagnostics)
+            if piece.keyword in MAP:
+                self.incomplete = True
+            else:
+                place = problem.diagnostics[0].span.start
+                self.salvage(piece.span, self.source.position(place)[0])
             return
         if tree.data == "map":
             self.read_map(piece, tree)
         else:
             self.read_block(tree)
+
+    def salvage(self, span: Span, reported: int | None) -> None:
+        """Reads what can be read of a block, line by line.
+
+        `reported` is the line of its first mistake; what is wrong on other lines is reported too.
+        None where brackets or quotes are wrong: a line may then belong to the one before.
+        """
+        head = _WORD.match(span.text)
+        known = KEYS.get(head[0], ()) if head else ()
+        source, first = span.source, self.source.position(span.start)[0]
+        last = self.source.position(max(span.start, span.end - 1))[0]
+        block: Block | None = None
+        entries = []
+        damaged = False
+        for number in range(first, last + 1):
+            begin = max(span.start, source.line_starts[number - 1])
+            line = Span(source, begin, min(span.end, begin + len(source.line(number))))
+            if not line.text.split("#")[0].strip():
+                continue
+            try:
+                if number == first:
+                    block = self.head(_tree(line, "statement"))
+                    if block is None:
+                        return
+                else:
+                    entries += _tree(line, "entries").children
+            except StoryError as problem:
+                damaged = True
+                # A line may also be wrong for the one before it, which has no value.
+                if reported is None:
+                    word = _WORD.match(line.text.strip())
+                    is_key = word is not None and word[0] in known
+                    if is_key and not set(line.text) & set('(){}[]"'):
+                        self.report(problem.diagnostics)
+                elif number not in (reported, reported - 1):
+                    self.report(problem.diagnostics)
+                if number == first:
+                    word = _WORD.match(line.text)
+                    self.lose(self.source.text[span.start : span.end], word and word[0])
+                    return
+        if block is not None:
+            block.damaged = damaged
+            self.fill(block, entries)
 
     def read_map(self, piece: Piece, tree: Tree[Token]) -> None:
         span = Span(self.source, piece.span.start, piece.span.start + 3)
@@ -139,18 +266,51 @@ class BlockReader:
             return
         self.map_span = span
         self.rows = []
-        line = self.source.position(span.start)[0]
+        lines: dict[int, list[Span]] = {}
         for token in tree.children[1:]:
             assert isinstance(token, Token)
             place = self.token_span(token)
-            before, line = line, self.source.position(place.start)[0]
-            if before != line:
-                self.rows.append((str(token), place))
-            elif self.rows or before == self.source.position(span.start)[0]:
-                self.misplaced_row(place)
+            lines.setdefault(self.source.position(place.start)[0], []).append(place)
+        beside = lines.pop(self.source.position(span.start)[0], None)
+        if beside:
+            self.misplaced_row(beside[0])
+        for number, places in lines.items():
+            row = self.source.line(number)
+            comment = _COMMENT.search(row)
+            if comment:
+                begin = self.source.line_starts[number - 1] + comment.start(1)
+                self.misplaced_row(next(p for p in places if p.start >= begin))
+                places = [p for p in places if p.start < begin]
+            if places:
+                self.rows.append((row, places[0].to(places[-1])))
+        self.cut_rows()
         if not self.rows and not tree.children[1:]:
             hint = "draw it in indented lines below `map`"
             self.problem("world-map", "the map has no rows", span, hint)
+
+    def cut_rows(self) -> None:
+        """Cuts the rows out of their lines. Spaces are no floor, but where they are meant as such
+        (levels of games are drawn so), that is one mistake of the whole map."""
+        assert self.rows is not None
+        columns = {self.source.position(place.start)[1] for _, place in self.rows}
+        lengths = {len(place.text) for _, place in self.rows}
+        self.spaced = any(len(place.text.split()) > 1 for _, place in self.rows)
+        self.spaced |= len(columns) > 1 and len(lengths) > 1
+        if not self.spaced:
+            self.rows = [(same_name(place.text), place) for _, place in self.rows]
+            return
+        margin = min(columns) - 1
+        drawn = []
+        for _, place in self.rows:
+            before = self.source.position(place.start)[1] - 1 - margin
+            drawn.append(Span(self.source, place.start - before, place.end))
+        width = max(len(place.text) for place in drawn)
+        floored = lambda text: "".join(FLOOR if sign.isspace() else sign for sign in text)
+        self.rows = [(floored(place.text).ljust(width, FLOOR), place) for place in drawn]
+        spaces = [place for place in drawn for sign in place.text if sign.isspace()]
+        message = f"a space is no cell of a map, and this map has {len(spaces)}"
+        hint = f"draw floor as `{FLOOR}`, and what is outside as `{WALL}`: all rows equally long"
+        self.problem("world-map", message, spaces[0], hint)
 
     def misplaced_row(self, place: Span) -> None:
         """Reports the first thing that stands on a line behind a row, or behind `map`."""
@@ -161,21 +321,33 @@ class BlockReader:
             self.problem("world-map", "no row of the map can begin here", place, hint)
 
     def read_block(self, tree: Tree[Token]) -> None:
+        block = self.head(tree)
+        if block is not None:
+            self.fill(block, tree.children[2:])
+
+    def head(self, tree: Tree[Token]) -> Block | None:
+        """A block with its name, yet without its entries; None where the name is missing."""
         kind: Any = tree.children[0]
         token = kind.children[0]
         name: Any = tree.children[1]
-        block = Block(str(token), str(name or ""), self.token_span(name or token), {}, {})
+        block = Block(
+            str(token), same_name(str(name or "")), self.token_span(name or token), {}, {}
+        )
         named = block.keyword in NAMED
         if named and not name:
             hint = f"write `{token} NAME`"
             message = f"every {token} needs a name"
             self.problem("world-block", message, self.token_span(token), hint)
-            self.incomplete = True
-            return
+            self.lose(str(token), str(token))
+            return None
         if name and not named:
             self.problem("world-block", f"`{token}` takes no name", block.span, "remove the name")
-        for entry in tree.children[2:]:
-            parts: Any = entry.children  # type: ignore[union-attr]
+        return block
+
+    def fill(self, block: Block, entries: Iterable[Any]) -> None:
+        """Puts the entries into a block."""
+        for entry in entries:
+            parts: Any = entry.children
             key = str(parts[0])
             if key in block.entries:
                 note = Note("the first one", block.keys[key])
@@ -200,9 +372,9 @@ class BlockReader:
             case "negative":
                 return Value(span, -float(parts[1]), "number")
             case "name":
-                return Value(span, str(parts[0]), "name")
+                return Value(span, same_name(str(parts[0])), "name")
             case "string":
-                return Value(span, str(parts[0])[1:-1], "text")
+                return Value(span, same_name(str(parts[0])[1:-1]), "text")
             case "pair":
                 return Value(span, (self.value(parts[1]), self.value(parts[3])), "pair")
             case _:
@@ -211,11 +383,14 @@ class BlockReader:
 
     # Typed access to the entries of a block; a wrong one is reported and gives the default.
 
-    def known_keys(self, block: Block, known: tuple[str, ...]) -> None:
+    def known_keys(self, block: Block) -> None:
+        """Reports the keys that a block does not have, and where they belong."""
+        known = KEYS[block.keyword]
         for key, span in block.keys.items():
             if key not in known:
                 close = closest(key, known)
-                hint = f"did you mean `{close}`?" if close else "known: " + ", ".join(known)
+                hint = f"did you mean `{close}`?" if close else hint_elsewhere(key, block.keyword)
+                hint = (hint or "known: " + ", ".join(known)).replace("WHO", block.name or "WHO")
                 self.problem("world-key", f"`{block.keyword}` has no `{key}`", span, hint)
 
     def number(
@@ -261,7 +436,7 @@ class BlockReader:
             if item.kind not in ("name", "text"):
                 self.problem("world-value", f"`{key}` must name a {what}", item.span)
             elif item.value not in allowed:
-                if not self.incomplete:
+                if not self.may_be_lost(item.value, what):
                     hint = did_you_mean(item.value, allowed)
                     message = f"there is no {what} `{shorten(item.value)}`"
                     self.problem("world-name", message, item.span, hint)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
@@ -9,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, shorten
-from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
-from i2pdsl.language.vocabulary import UNKNOWN
-from i2pdsl.worlds.grid.blocks import NAMED, Block, BlockReader
+from i2pdsl.worlds.grid.blocks import Block, BlockReader, is_mark
 from i2pdsl.worlds.grid.spec import (
-    ACTIONS,
+    FLOOR,
     NO_GOAL,
     WALL,
     Character,
@@ -23,10 +23,11 @@ from i2pdsl.worlds.grid.spec import (
     Thing,
     Tile,
 )
+from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 EVENTS = ("deus",)
 _LARGEST = 1e6  # of rewards and attitudes
-_FLOOR = "."
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
 
 
@@ -59,6 +60,8 @@ def _header(source: Source) -> str:
 class _Reader(BlockReader):
     """Turns the blocks of a file into a GridSpec."""
 
+    unknown_symbols = False  # whether the map has symbols of no tile
+
     def world(self, name: str, documentation: str) -> GridSpec | None:
         of = lambda keyword: [b for b in self.blocks if b.keyword == keyword]
         whole = Span(self.source, 0, 0)
@@ -77,7 +80,7 @@ class _Reader(BlockReader):
         settings = self.settings(of)
         floor, wall = "#f1e8d8", "#7d6b5d"
         for block in of("drawing"):
-            self.known_keys(block, ("floor", "wall"))
+            self.known_keys(block)
             floor, wall = self.color(block, "floor", floor), self.color(block, "wall", wall)
         characters = self.ordered(of("planning"), characters)
         spec = GridSpec(
@@ -94,7 +97,7 @@ class _Reader(BlockReader):
             self.source.text,
         )
         needed = len(characters) + sum(not t.may_be_absent for t in things)
-        if rows and not self.problems and len(spec.free_cells) < needed:
+        if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)
             message = f"the map has {free or 'no'} free cell{'' if free == 1 else 's'}"
             message = f"{message}, but {needed} {'is' if needed == 1 else 'are'} needed"
@@ -104,58 +107,105 @@ class _Reader(BlockReader):
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
+        single: dict[str, Span] = {}
+        latents = self.latents()
         for block in self.blocks:
+            meaning = latents.get(block.name) or taken(block.name)
+            looks = unicodedata.normalize("NFKC", block.name)  # wide letters, ligatures
             if block.keyword not in NAMED:
-                if block.keyword in seen:
-                    note = Note("the first one", seen[block.keyword])
+                if block.keyword in single:
+                    note = Note("the first one", single[block.keyword])
                     message = f"a world has only one `{block.keyword}`, this is another"
                     self.problem("duplicate", message, block.span, note=note)
-                seen.setdefault(block.keyword, block.span)
+                single.setdefault(block.keyword, block.span)
                 continue
-            if block.name in seen:
-                note = Note("the other one", seen[block.name])
-                message = f"two things have the name `{block.name}`"
+            if looks in seen:
+                note = Note("the other one", seen[looks])
+                message = f"two things have the name `{looks}`"
                 self.problem("duplicate", message, block.span, note=note)
-                self.incomplete = True
-            elif block.name in RESERVED or block.name in (*ACTIONS, NO_GOAL, UNKNOWN, "nothing"):
-                message = f"`{block.name}` is a word of the language and cannot be a name"
+                self.unsure.add(block.keyword)
+            elif meaning is not None:
+                message = f"`{block.name}` is {meaning} and cannot be a name"
                 self.problem("reserved", message, block.span, "choose another name")
-                self.incomplete = True
-            seen.setdefault(block.name, block.span)
+                if not any(block.name in b.mentioned() for b in self.blocks):
+                    self.unsure.add(block.keyword)  # what others mention may be this one
+            seen.setdefault(looks, block.span)
+
+    def latents(self) -> dict[str, str]:
+        """The names of what is hidden, and what they mean."""
+        found = {}
+        for block in self.blocks:
+            if block.keyword == "character":
+                found[goal_of(block.name)] = f"the latent of `{block.name}`'s goal"
+                found[rationality_of(block.name)] = f"the latent of `{block.name}`'s rationality"
+                if "attitude" in block.entries:
+                    found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
+        return found
 
     def checked_rows(self) -> list[str]:
         rows = self.rows or []
-        tiles = [b for b in self.blocks if b.keyword == "tile"]
-        drawn = [b for b in tiles if "symbol" in b.entries or "cell" not in b.entries]
-        marks = {self.mark(b) for b in drawn}
-        symbols = {_FLOOR, WALL, *(m for m in marks if m is not None)}
         usual = Counter(len(row) for row, _ in rows).most_common(1)
         for row, span in rows:
             if len(row) != usual[0][0]:
                 message = f"this row has {len(row)} cells, the others have {usual[0][0]}"
                 self.problem("world-map", message, span, "all rows of a map are equally long")
-            for i, symbol in enumerate(row):
-                # A tile whose symbol cannot be read may be the one that is drawn here.
-                if symbol not in symbols and None not in marks and not self.incomplete:
-                    place = Span(self.source, span.start + i, span.start + i + 1)
-                    known = ", ".join(f"`{s}`" for s in sorted(symbols))
-                    hint = f"known: {known}; declare it: tile NAME with symbol = {symbol}"
-                    self.problem("world-map", f"unknown symbol `{symbol}`", place, hint)
+        self.check_symbols(rows)
         return [row for row, _ in rows]
+
+    def check_symbols(self, rows: list[tuple[str, Span]]) -> None:
+        """Reports each symbol of the map that means nothing, once for all its cells."""
+        drawn = [
+            b
+            for b in self.blocks
+            if b.keyword == "tile" and ("symbol" in b.entries or "cell" not in b.entries)
+        ]
+        marks = [self.mark(b) for b in drawn]
+        known = {FLOOR, WALL, *(m for m in marks if m is not None)}
+        found: dict[str, list[tuple[int, int]]] = {}
+        for r, (row, _) in enumerate(rows):
+            for c, symbol in enumerate(row):
+                if symbol not in known:
+                    found.setdefault(symbol, []).append((c, r))
+        self.unknown_symbols = bool(found)
+        # A tile whose symbol cannot be read may be the one that is drawn here.
+        unread = [b for b, mark in zip(drawn, marks, strict=True) if mark is None]
+        written = {
+            s for b in unread if "symbol" in b.entries for s in b.entries["symbol"].span.text
+        }
+        open_ = set(found) - written - self.lost_symbols()
+        nameless = [b for b in unread if not ("symbol" in b.entries and written & set(found))]
+        if len(open_) <= len(nameless) or ("tile" in self.unsure and not open_):
+            return
+        for symbol in (s for s in found if s in open_):
+            self.unknown_symbol(symbol, found[symbol], rows)
+
+    def unknown_symbol(
+        self, symbol: str, cells: list[tuple[int, int]], rows: list[tuple[str, Span]]
+    ) -> None:
+        column, row = cells[0]
+        text, span = rows[row]
+        at = min(span.start + column, span.end - 1)
+        place = Span(self.source, at, at + 1) if len(text) >= len(span.text) else span
+        written = symbol if symbol.isalnum() else f'"{symbol}"'
+        hint = f"a tile? `tile NAME` with `symbol = {written}`; floor is `{FLOOR}`, a wall `{WALL}`"
+        count = f"on {len(cells)} cell{'' if len(cells) == 1 else 's'} of the map"
+        if len(cells) == 1:
+            hint += f"; who stands here is said in the story: `start at(NAME, ({column}, {row}))`"
+        self.problem("world-map", f"unknown symbol `{symbol}` {count}", place, hint)
 
     def mark(self, block: Block) -> str | None:
         """The symbol that a tile has on the map, or None where it has none that is valid."""
         symbol = block.entries.get("symbol")
         if symbol is None or symbol.kind not in ("name", "text", "number"):
             return None
-        mark = symbol.span.text.strip('"')
-        return mark if len(mark) == 1 and mark not in (WALL, _FLOOR) else None
+        mark = same_name(symbol.span.text.strip('"'))
+        return mark if is_mark(mark) else None
 
     def tiles(self, blocks: list[Block], rows: list[str]) -> tuple[Tile, ...]:
         tiles: list[Tile] = []
         owner: dict[tuple[int, int], Block] = {}
         for number, block in enumerate(blocks):
-            self.known_keys(block, ("symbol", "cell", "color"))
+            self.known_keys(block)
             color = self.color(block, "color", _TILE_COLORS[number % len(_TILE_COLORS)])
             cells = self.tile_cells(block, rows)
             for cell in cells:
@@ -169,6 +219,8 @@ class _Reader(BlockReader):
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
         symbol, cell = block.entries.get("symbol"), block.entries.get("cell")
+        if symbol is None and cell is None and block.damaged:
+            return ()
         if (symbol is None) == (cell is None):
             hint = "give `symbol = P`, drawn on the map, or `cell = (column, row)`"
             self.problem("world-tile", f"where does `{block.name}` lie?", block.span, hint)
@@ -176,14 +228,14 @@ class _Reader(BlockReader):
         if symbol is not None:
             mark = self.mark(block)
             if mark is None:
-                hint = f"`{WALL}` is a wall and `{_FLOOR}` plain floor"
+                hint = f"`{WALL}` is a wall and `{FLOOR}` plain floor"
                 message = "the symbol of a tile is a single character of its own"
                 self.problem("world-tile", message, symbol.span, hint)
                 return ()
             found = tuple(
                 (c, r) for r, row in enumerate(rows) for c, s in enumerate(row) if s == mark
             )
-            if not found and rows and not self.problems:
+            if not found and rows and not self.unknown_symbols:
                 hint = "draw it there, or give `cell = (column, row)`"
                 self.problem("world-tile", f"`{mark}` does not occur on the map", symbol.span, hint)
             return found
@@ -204,9 +256,9 @@ class _Reader(BlockReader):
         return ()
 
     def thing(self, block: Block) -> Thing:
-        self.known_keys(block, ("may_be_absent", "sprite", "color"))
+        self.known_keys(block)
         # Where the word is wrong, `yes` spares a second mistake in the events.
-        default = "yes" if "may_be_absent" in block.entries else "no"
+        default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.word(block, "sprite", "box")
         return Thing(block.name, absent, sprite, self.color(block, "color", "#b08a5a"))
@@ -220,17 +272,16 @@ class _Reader(BlockReader):
         for block in blocks[2:]:
             message = "a world has one or two characters, this is another"
             self.problem("world-cast", message, block.span)
-            self.incomplete = True
-        blocks = blocks[:2]
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things) for b in blocks)
-        if len([c for c in found if c.toward]) == 2:
+        fond = [b for b, c in zip(blocks, found, strict=True) if c.toward]
+        if len(fond) > 1:
             hint = "the one with an attitude models the other"
             message = "only one character can have an attitude"
-            note = Note("the other one", blocks[0].keys["toward"])
-            self.problem("world-cast", message, blocks[1].keys["toward"], hint, note)
-        if len([c for c in found if c.toward or c.models]) == 2 and not self.problems:
+            note = Note("the other one", fond[0].keys["toward"])
+            self.problem("world-cast", message, fond[1].keys["toward"], hint, note)
+        elif len(found) == 2 and all(c.toward or c.models for c in found):
             message = "two characters cannot model each other"
             self.problem("world-cast", message, blocks[1].span, "remove one of the two")
         return found
@@ -242,8 +293,7 @@ class _Reader(BlockReader):
         tiles: tuple[str, ...],
         things: tuple[str, ...],
     ) -> Character:
-        keys = ["success", "goals", "pushes", "toward", "attitude", "models", "sprite", "color"]
-        self.known_keys(block, tuple(keys))
+        self.known_keys(block)
         others = tuple(n for n in names if n != block.name)
         success = self.number(
             block, "success", 1.0, lambda p: 0 < p <= 1, "a probability above 0 and up to 1"
@@ -272,12 +322,12 @@ class _Reader(BlockReader):
     def attitude(self, block: Block, has_target: bool) -> tuple[float, ...]:
         value = block.entries.get("attitude")
         if value is None:
-            if has_target:
+            if has_target and not block.damaged:
                 message = f"`{block.name}` has no attitude toward anyone"
                 hint = "give its values: attitude = {-1, 0, 1}"
                 self.problem("world-cast", message, block.keys["toward"], hint)
             return ()
-        if not has_target:
+        if not has_target and not block.damaged:
             hint = "add `toward = NAME` of the other character"
             self.problem("world-cast", "an attitude toward whom?", block.keys["attitude"], hint)
         items = value.value if value.kind == "list" else [value]
@@ -301,13 +351,14 @@ class _Reader(BlockReader):
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
         found = []
         for block in blocks:
-            self.known_keys(block, ("drops",))
+            self.known_keys(block)
             if block.name not in EVENTS:
-                hint = did_you_mean(block.name, EVENTS)
+                hint = ELSEWHERE.get(block.name) or did_you_mean(block.name, EVENTS)
                 self.problem("world-name", f"there is no event `{block.name}`", block.span, hint)
             names = tuple(t.name for t in things)
             drops = self.words(block, "drops", names, "object")
-            if "drops" not in block.entries or block.entries["drops"].value == []:
+            missing = "drops" not in block.entries and not block.damaged
+            if missing or ("drops" in block.entries and block.entries["drops"].value == []):
                 hint = "give the objects: drops = {table}"
                 self.problem("world-block", "what does the event bring?", block.span, hint)
             for name in drops:
@@ -320,15 +371,10 @@ class _Reader(BlockReader):
 
     def settings(self, of: Callable[[str], list[Block]]) -> Settings:
         values: dict[str, Any] = {}
-        groups = {
-            "rewards": ("goal", "move", "stay"),
-            "planning": ("gamma", "beta", "level0", "order"),
-            "audience": ("forgetting", "hypotheses"),
-        }
-        for keyword, keys in groups.items():
+        for keyword in ("rewards", "planning", "audience"):
             for block in of(keyword):
-                self.known_keys(block, keys)
-                for key in keys:
+                self.known_keys(block)
+                for key in KEYS[keyword]:
                     if key in block.entries and key != "order":
                         default = getattr(Settings(), key)
                         values[key] = self.setting(block, key, default)
@@ -347,10 +393,12 @@ class _Reader(BlockReader):
             if "order" not in block.entries:
                 continue
             names = tuple(c.name for c in characters)
+            before = len(self.problems)
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
                 return tuple(next(c for c in characters if c.name == n) for n in order)
-            if not self.problems and not self.incomplete:
+            unsure = self.incomplete or self.unsure or len(characters) > 2
+            if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
                 self.problem("world-value", "the order must name every character once", span)
         return characters

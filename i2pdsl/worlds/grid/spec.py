@@ -13,6 +13,7 @@ STAY = 4
 OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the order of ACTIONS
 NO_GOAL = "none"
 WALL = "#"
+FLOOR = "."
 
 
 @dataclass(frozen=True)

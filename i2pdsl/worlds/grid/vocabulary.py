@@ -28,7 +28,6 @@ _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
     "forgetting": "share of the belief that is reassigned after each action",
-    "hypotheses": "merged: each distinct hypothesis once; literal: the paper's tuple (72)",
 }
 
 
@@ -64,7 +63,8 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         events=dict(spec.events),
         predicates={p.name: p for p in PREDICATES},
         settings={
-            f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
+            f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
+            for f in fields(spec.settings)
         },
         observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
@@ -73,9 +73,13 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     )
 
 
-def _setting(name: str, default: float | str) -> Setting:
+def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:
+    if name == "hypotheses":
+        counts = [len(grid_hypotheses(spec.with_settings({name: x}))) for x in SETTING_WORDS[name]]
+        about = f"merged: each distinct hypothesis once ({counts[0]}); "
+        about += f"literal: the paper's tuple ({counts[1]})"
+        return Setting(name, default, about, SETTING_WORDS[name], reshapes=True)
     if name in SETTING_WORDS:
-        reshapes = name == "hypotheses"
-        return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name], reshapes=reshapes)
+        return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name])
     accepts, range_ = SETTING_RANGES[name]
     return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)

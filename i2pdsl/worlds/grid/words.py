@@ -1,0 +1,108 @@
+"""The words of .world files: their blocks and keys, the names that mean something else already,
+and what other tools have and grid worlds have not."""
+
+from __future__ import annotations
+
+from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
+from i2pdsl.worlds.grid.spec import ACTIONS, NO_GOAL
+
+KEYS: dict[str, tuple[str, ...]] = {
+    "tile": ("symbol", "cell", "color"),
+    "object": ("may_be_absent", "sprite", "color"),
+    "character": (
+        *("success", "goals", "pushes", "toward", "attitude", "models", "sprite", "color"),
+    ),
+    "event": ("drops",),
+    "rewards": ("goal", "move", "stay"),
+    "planning": ("gamma", "beta", "level0", "order"),
+    "audience": ("forgetting", "hypotheses"),
+    "drawing": ("floor", "wall"),
+}
+"""The keys of each block."""
+
+NAMED = ("tile", "object", "character", "event")
+"""The blocks that have a name, and may occur several times."""
+
+_OF_FILES = {
+    "event": "a key of every frame in a script's file",
+    "state": "a key of every frame in a script's file",
+    "unknown": "what answers call a value that plays no part",
+}
+
+
+def taken(name: str) -> str | None:
+    """What a name means already, so that nothing in a world can be called so; None if it is free.
+
+    The latents of a world are not among them, since they depend on its cast.
+    """
+    if name in _OF_FILES:
+        return _OF_FILES[name]
+    if name in RESERVED or name in (*ACTIONS, NO_GOAL, "nothing"):
+        return "a word of the language"
+    return None
+
+
+_MOVES = "there are no other moves than one cell north, south, east or west, and staying"
+_FIXED = "there are no doors, keys or switches: a cell is a wall or free from first to last"
+_SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
+_ENDLESS = (
+    "there is no horizon and no last tile: planning has no end, `gamma` discounts what is late"
+)
+_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
+_LENGTH = "how long it takes is said in the story: `length 15`"
+_START = "belongs in the story: `start at(WHO, (column, row))`"
+_CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
+_ONLY_CELL = "there is nothing to carry, lose or remember: a character is in its cell, and no more"
+_LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
+_PRIOR = "belongs in the story: `audience bayesian(prior = ...)`"
+_WHO = "someone who acts is a `character`"
+_WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
+_FLOOR = "a kind of floor is a `tile`; it can be a goal, and changes nothing about moving"
+_MAP = "the size is that of the rows below `map`"
+
+_ELSEWHERE = {
+    _WHO: "agent agents player players npc actor person robot human enemy ghost predator prey",
+    _WHAT: "box boxes block crate boulder ball item thing furniture obstacle",
+    _FIXED: "door doors gate key keys lock switch button lever portal teleport bridge",
+    _MOVES: "moves actions action diagonal diagonals northeast northwest southeast southwest speed "
+    "jump wait noop neighbours neighbors connectivity directions",
+    _SEEN: "sees vision view fog visibility visible observes observation sensor field_of_view "
+    "radius partial hidden",
+    _ENDLESS: "horizon terminal terminates absorbing terminate episode deadline time_limit "
+    "max_steps steps end exit done",
+    _LENGTH: "length duration frames",
+    _WORTH: "reward utility value payoff score points bonus",
+    _START: "start starts position location spawn initial init at place",
+    _CHANCE: "noise slip slippery wind stochastic randomness epsilon probability chance fail",
+    _ONLY_CELL: "inventory carry carries holds pickup health lives energy fuel hunger memory "
+    "capacity",
+    _LEVELS: "level levels depth belief beliefs knows theory_of_mind policy planner team",
+    _PRIOR: "prior priors",
+    _FLOOR: "water lava ice river grass goal exit_tile terrain zone region room ground",
+    _MAP: "width height size columns rows dimensions",
+    "a wall is drawn as `#` on the map": "wall walls",
+    "how sharply characters prefer what is best is `beta` in the block `planning`": "temperature "
+    "alpha rationality softmax inverse_temperature",
+    "what is late is discounted by `gamma` in the block `planning`": "discount discounting",
+    "what a move costs is `move` in the block `rewards`": "cost costs move_cost step_cost "
+    "action_cost penalty living_reward time_cost",
+    "who acts first is said by `order` in the block `planning`": "turn turns sequence",
+}
+ELSEWHERE: dict[str, str] = {
+    word: told for told, words in _ELSEWHERE.items() for word in words.split()
+}
+"""What other tools for grids have, and what is to be said of it here."""
+
+
+def hint_elsewhere(word: str, block: str = "") -> str | None:
+    """Where a word that has no meaning in a block belongs, or that there is no such thing.
+
+    Without a block it is one that seems to begin one, where `wall` is more than a colour.
+    """
+    told = ELSEWHERE.get(word.lower())
+    owners = [f"`{owner}`" for owner, keys in KEYS.items() if word in keys and owner != block]
+    if owners and (block or told is None):
+        return f"`{word}` belongs to {' or '.join(owners)}"
+    if told is not None:
+        return f"`{word}` {told}" if told.startswith("belongs") else told
+    return f"`{word}` belongs in the story" if word in STATEMENT_WORDS else None
