@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import i2pdsl.computing  # noqa: F401  notices when a process is forked
+
 if TYPE_CHECKING:
     from i2pdsl.errors import Diagnostic, StoryError
     from i2pdsl.pipeline import Answer, Result, Script, Story, load

@@ -22,6 +22,7 @@ from i2pdsl.commands.output import (
     in_words,
     show,
 )
+from i2pdsl.computing import NoComputing
 from i2pdsl.errors import StoryError
 
 COMMANDS = (
@@ -89,6 +90,9 @@ def run_command(arguments: list[str] | None = None) -> int:
     except click.ClickException as problem:
         problem.show()
         return USAGE
+    except NoComputing as problem:
+        click.echo(f"error: {problem}", err=True)
+        return WRONG
     except BrokenPipeError:
         forget_output()  # whoever read our output has had enough
         return DONE

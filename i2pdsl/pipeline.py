@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.audience.replay import replay
+from i2pdsl.computing import computing
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source, default_assumption
@@ -179,13 +180,14 @@ class Story:
             with np.errstate(all="ignore"):  # refused below
                 found = [hill_rollout(world, self.typed.length, plan.noise, seed)]
         else:
-            from i2pdsl.search.descent import descend
-
             objective = story_objective(self.typed, world)
             began = time.perf_counter()
-            result = descend(
-                world, objective, self.typed.length, plan, seed, watch.searching, watch.say
-            )
+            with computing(watch.say):
+                from i2pdsl.search.descent import descend
+
+                result = descend(
+                    world, objective, self.typed.length, plan, seed, watch.searching, watch.say
+                )
             finished = result.finished
             watch.seconds["compile"] = result.compile_seconds
             began += result.compile_seconds
@@ -220,15 +222,16 @@ class Story:
     def _beam(
         self, world: GridWorld, allowed: np.ndarray, seed: int, candidates: int, watch: Watch
     ) -> tuple[list[Trajectory], bool]:
-        from i2pdsl.search.beam import beam_search, draw_starts
-
         plan, length, events = self.typed.search, self.typed.length, self.events(world)
         objective = story_objective(self.typed, world)
-        starts = draw_starts(allowed, plan.starts, seed)
-        began = time.perf_counter()
-        found = beam_search(
-            world, objective, length, starts, plan.width, events, watch.searching, watch.say
-        )
+        with computing(watch.say):
+            from i2pdsl.search.beam import beam_search, draw_starts
+
+            starts = draw_starts(allowed, plan.starts, seed)
+            began = time.perf_counter()
+            found = beam_search(
+                world, objective, length, starts, plan.width, events, watch.searching, watch.say
+            )
         watch.add("search", began)
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds

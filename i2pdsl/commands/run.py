@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -110,15 +109,6 @@ def folder_name(story: Story) -> str:
     return name if name.strip(".") else "story"
 
 
-def prefetch(formats: tuple[str, ...]) -> None:
-    """Imports what the plots need while the search computes: it takes as long as the search."""
-    if {"png", "svg"} & set(formats):
-        from threading import Thread
-
-        work = "matplotlib.backends.backend_agg"
-        Thread(target=lambda: import_module(work), daemon=True).start()
-
-
 def make(
     story: Story,
     seed: int,
@@ -135,7 +125,6 @@ def make(
 
     from i2pdsl.progress import Bars
 
-    prefetch(formats)
     with Bars() as bars:
         found = story.solve(seed, candidates, naive, bars.watch)
     finished = found.finished

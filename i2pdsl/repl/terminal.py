@@ -7,7 +7,6 @@ import shutil
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import click
@@ -41,7 +40,6 @@ _STYLE = Style.from_dict(
 
 def converse(session: Session) -> None:
     """Reads and answers until Ctrl-D or `quit`."""
-    Thread(target=_load_ahead, daemon=True).start()
     editor = line_editor(session)
     click.echo(f"i2p repl: {told(session.state)}\n`help` explains, Ctrl-D leaves")
     while True:
@@ -68,11 +66,6 @@ def answered(session: Session, typed: str) -> bool:
         if reply.leaves:
             return False
     return True
-
-
-def _load_ahead() -> None:
-    """Imports what the first question needs while it is being typed."""
-    import i2pdsl.repl.workshop  # noqa: F401
 
 
 def terminal_ink() -> Ink:
