@@ -7,13 +7,13 @@ Nothing of JAX is imported before it is needed.
 from __future__ import annotations
 
 import os
-import re
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
+
+from i2pdsl.forks import jax_is_lost, jax_is_running
 
 Say = Callable[[str], None]
 
@@ -57,17 +57,6 @@ class NoComputing(RuntimeError):
 _lock = threading.RLock()
 _depth = 0  # blocks that compute just now, in all threads
 _before: dict[str, Any] = {}  # the user's settings
-_forked = False
-
-
-def _after_fork() -> None:
-    """In the child: a JAX that ran in the parent lost its threads, and waits for them for ever."""
-    global _forked
-    _forked = _forked or _is_running()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_after_fork)
 
 
 @contextmanager
@@ -78,7 +67,7 @@ def computing(say: Say | None = None) -> Iterator[None]:
     had (without it, a warning); raises NoComputing where nothing can be computed.
     """
     global _depth
-    if _forked:
+    if jax_is_lost():
         raise NoComputing(FORKED)
     jax = _jax()
     with _lock:
@@ -121,6 +110,8 @@ def _jax() -> Any:
         import jax
         import jax.experimental
     except ValueError as problem:
+        import re
+
         what = re.sub(r"JAX flag (\w+)", lambda found: found[1].upper(), str(problem))
         raise NoComputing(f"the environment's settings of JAX: {what}") from None
     return jax
@@ -129,7 +120,7 @@ def _jax() -> Any:
 def _start(jax: Any, say: Say) -> None:
     """Starts JAX, on the CPU where the environment asks for what is not there."""
     flags = os.environ.get("XLA_FLAGS")
-    mistake = _mistake_in_flags(jax) if flags and not _is_running() else None
+    mistake = _mistake_in_flags(jax) if flags and not jax_is_running() else None
     if mistake is not None:
         say(f"XLA_FLAGS={flags} is left out: {mistake}")
         del os.environ["XLA_FLAGS"]
@@ -166,7 +157,7 @@ def _in_words(problem: Exception) -> str:
 
 
 def _mistake_in_flags(jax: Any) -> str | None:
-    """What XLA does not understand of XLA_FLAGS; it ends the process then, so a child tries them."""
+    """What XLA does not understand of XLA_FLAGS. It ends the process then: a child tries them."""
     if not hasattr(os, "fork") or threading.active_count() > 1:
         return None
     end, start = os.pipe()
@@ -188,8 +179,3 @@ def _mistake_in_flags(jax: Any) -> str | None:
         return None
     told = [line.partition("] ")[2] for line in said.splitlines() if "XLA_FLAGS" in line]
     return told[0] if told else "XLA does not understand it"
-
-
-def _is_running() -> bool:
-    """Whether this process, or the one that it was forked from, has started JAX."""
-    return bool(getattr(sys.modules.get("jax._src.xla_bridge"), "_backends", None))

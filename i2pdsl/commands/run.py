@@ -71,7 +71,7 @@ def run(
             raise click.UsageError(message)
         check_writable(folder)
     results: list[dict[str, Any]] = []
-    status = DONE
+    status, complete = DONE, 0
     for story, folder in zip(loaded, folders, strict=True):
         show(story.warnings)
         for number in chosen:
@@ -96,8 +96,12 @@ def run(
             if not finished:
                 status = INTERRUPTED
                 break
+            complete += 1
         if status == INTERRUPTED:
             break
+    if status == INTERRUPTED and complete:
+        count = len(loaded) * len(chosen)
+        click.echo(f"interrupted: {complete} of {count} scripts are finished and kept", err=True)
     if as_json and (several or results):
         output_json(results if several else results[0])
     return status

@@ -59,7 +59,11 @@ def train(
 
         recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
         folder = None if out is None else Path(out)
-        done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+        try:
+            done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+        except KeyboardInterrupt:
+            bars.say("interrupted before there was anything to keep")
+            return INTERRUPTED
     if not done.finished:
         click.echo("interrupted: the best so far is kept; the same command goes on", err=True)
     weights = done.controllers.weights

@@ -23,6 +23,7 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.shortcuts import CompleteStyle
 from prompt_toolkit.styles import Style, merge_styles, style_from_pygments_cls
 
+from i2pdsl.interrupts import HungUp
 from i2pdsl.repl.completing import complete_line
 from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.piped import entries
@@ -45,6 +46,8 @@ def converse(session: Session) -> None:
     while True:
         try:
             line = editor.prompt()
+        except HungUp:
+            raise
         except KeyboardInterrupt:
             continue
         except EOFError:
@@ -59,6 +62,8 @@ def answered(session: Session, typed: str) -> bool:
         session.ink = terminal_ink()  # windows change their size
         try:
             reply = session.run(entry)
+        except HungUp:
+            raise
         except KeyboardInterrupt:
             click.echo("interrupted: nothing is changed", err=True)
             return True
