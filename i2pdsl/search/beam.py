@@ -157,8 +157,11 @@ def single_precision(world: World) -> Any:
 
 def _single(array: np.ndarray) -> Array:
     array = np.asarray(array)
-    narrow = {"float64": np.float32, "int64": np.int32}.get(array.dtype.name, array.dtype)
-    return jax.device_put(array.astype(narrow, copy=False))  # `jnp.asarray` compiles a program
+    if array.dtype == np.float64:
+        return jnp.asarray(array, dtype=jnp.float32)
+    if array.dtype == np.int64:
+        return jnp.asarray(array, dtype=jnp.int32)
+    return jnp.asarray(array)
 
 
 def prepared(world: World, objective: Objective, tables: Any) -> Params:
