@@ -33,8 +33,8 @@ _OURS: dict[str, Any] = {
     "threefry_partitionable": True,
     "transfer_guard": "allow",
 }
-# Settings of the whole process, changed while anybody computes and put back afterwards. Without a
-# folder for compiled code, programs.py takes the user's cache folder.
+# Settings of the whole process, changed while anybody computes and put back afterwards. What we
+# compile is kept by programs.py, not among the user's own programs.
 _CODE_CACHE = "jax_compilation_cache_dir"
 _GLOBAL: dict[str, Any] = {
     _CODE_CACHE: None,

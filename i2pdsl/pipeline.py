@@ -142,17 +142,24 @@ class Story:
         >>> result.script, result.score
 
         Raises StoryError where no state fulfils the `start`, or the world is too large;
-        ValueError for a negative seed or no candidates.
+        ValueError for a negative seed or no candidates; NoComputing (a RuntimeError) where JAX
+        cannot run, as in a process that was forked while it ran.
         """
         if seed < 0 or candidates < 1:
             raise ValueError("a seed is at least 0, and there is at least one candidate")
         watch = watch or Watch()
         world = self.world(watch)
+        if naive or self.typed.search.method == "naive":
+            return self._solve(world, seed, candidates, True, watch)
+        with computing(watch.say):
+            return self._solve(world, seed, candidates, False, watch)
+
+    def _solve(self, world: World, seed: int, candidates: int, naive: bool, watch: Watch) -> Result:
         if isinstance(world, HillWorld):
             return self._on_a_hill(world, seed, naive, watch)
         assert isinstance(world, GridWorld)
         allowed = self.allowed_starts(world)
-        if naive or self.typed.search.method == "naive":
+        if naive:
             found = [self._naive(world, allowed, seed, watch)]
             finished = True
         else:
@@ -175,19 +182,18 @@ class Story:
 
     def _on_a_hill(self, world: HillWorld, seed: int, naive: bool, watch: Watch) -> Result:
         plan, finished = self.typed.search, True
-        if naive or plan.method == "naive":
+        if naive:
             began = time.perf_counter()
             with np.errstate(all="ignore"):  # refused below
                 found = [hill_rollout(world, self.typed.length, plan.noise, seed)]
         else:
+            from i2pdsl.search.descent import descend
+
             objective = story_objective(self.typed, world)
             began = time.perf_counter()
-            with computing(watch.say):
-                from i2pdsl.search.descent import descend
-
-                result = descend(
-                    world, objective, self.typed.length, plan, seed, watch.searching, watch.say
-                )
+            result = descend(
+                world, objective, self.typed.length, plan, seed, watch.searching, watch.say
+            )
             finished = result.finished
             watch.seconds["compile"] = result.compile_seconds
             began += result.compile_seconds
@@ -222,16 +228,15 @@ class Story:
     def _beam(
         self, world: GridWorld, allowed: np.ndarray, seed: int, candidates: int, watch: Watch
     ) -> tuple[list[Trajectory], bool]:
+        from i2pdsl.search.beam import beam_search, draw_starts
+
         plan, length, events = self.typed.search, self.typed.length, self.events(world)
         objective = story_objective(self.typed, world)
-        with computing(watch.say):
-            from i2pdsl.search.beam import beam_search, draw_starts
-
-            starts = draw_starts(allowed, plan.starts, seed)
-            began = time.perf_counter()
-            found = beam_search(
-                world, objective, length, starts, plan.width, events, watch.searching, watch.say
-            )
+        starts = draw_starts(allowed, plan.starts, seed)
+        began = time.perf_counter()
+        found = beam_search(
+            world, objective, length, starts, plan.width, events, watch.searching, watch.say
+        )
         watch.add("search", began)
         watch.seconds["search"] -= found.compile_seconds
         watch.seconds["compile"] = watch.seconds.get("compile", 0.0) + found.compile_seconds
