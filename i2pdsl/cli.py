@@ -6,6 +6,8 @@ Exit status (interfaces.md): 0 done, 1 the story, world or script is wrong, 2 wr
 
 from __future__ import annotations
 
+import os
+
 from i2pdsl.interrupts import INTERRUPTED, Terminated, finish, ready, watch_signals
 
 TYPE_CHECKING = False  # as typing's, which takes time to import
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 def main(arguments: list[str] | None = None) -> None:
     """The program."""
     watch_signals()
+    os.environ["MPLBACKEND"] = "agg"  # of windows, which we have none of; a wrong one is fatal
     from i2pdsl.commands.program import run_command
 
     status = INTERRUPTED
