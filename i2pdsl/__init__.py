@@ -10,9 +10,12 @@ After Chandra, Li, Tenenbaum and Ragan-Kelley 2023, DOI 10.1145/3588432.3591510.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import i2pdsl.forks  # noqa: F401  looks whether a process is forked, from now on
 
+TYPE_CHECKING = False  # as typing's, which takes time to import
 if TYPE_CHECKING:
+    from typing import Any
+
     from i2pdsl.errors import Diagnostic, StoryError
     from i2pdsl.pipeline import Answer, Result, Script, Story, load
 

@@ -1,123 +1,42 @@
 """The command `i2p`: arguments in, results on standard output, messages on standard error.
 
 Exit status (interfaces.md): 0 done, 1 the story, world or script is wrong, 2 wrong usage,
-130 interrupted. Each command is a module of i2pdsl/commands/.
+130 interrupted. The commands are in i2pdsl/commands/, imported once interrupts are met.
 """
 
 from __future__ import annotations
 
 import os
-import sys
-from contextlib import suppress
-from importlib import import_module
 
-import click
+from i2pdsl.interrupts import INTERRUPTED, Terminated, finish, ready, watch_signals
 
-from i2pdsl.commands.output import (
-    DONE,
-    INTERRUPTED,
-    USAGE,
-    WRONG,
-    forget_output,
-    in_words,
-    show,
-)
-from i2pdsl.errors import StoryError
-
-COMMANDS = (
-    "run",
-    "render",
-    "check",
-    "fmt",
-    "query",
-    "repl",
-    "worlds",
-    "patterns",
-    "compile",
-    "extract",
-    "plan",
-    "train",
-    "lsp",
-    "completion",
-)
+TYPE_CHECKING = False  # as typing's, which takes time to import
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def main(arguments: list[str] | None = None) -> None:
     """The program."""
-    sys.unraisablehook = keep_interrupt
-    status = run_command(arguments)
-    if status == INTERRUPTED:
-        # JAX may still be computing: to take Python down around its threads crashes (SIGSEGV).
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError, ValueError, AttributeError):
-                stream.flush()
-        os._exit(status)
-    sys.exit(status)
+    watch_signals()
+    os.environ["MPLBACKEND"] = "agg"  # of windows, which we have none of; a wrong one is fatal
+    from i2pdsl.commands.program import run_command
 
-
-def keep_interrupt(lost: sys.UnraisableHookArgs) -> None:
-    """Sends Ctrl-C again where Python would drop it: in JAX's callback of the garbage collector."""
-    if not issubclass(lost.exc_type, KeyboardInterrupt):
-        sys.__unraisablehook__(lost)
-        return
-    import signal
-    import threading
-
-    main_thread = threading.main_thread().ident
-    again = threading.Timer(0.02, signal.pthread_kill, (main_thread, signal.SIGINT))
-    again.daemon = True
-    again.start()
-
-
-def run_command(arguments: list[str] | None = None) -> int:
-    """Runs one command; returns the exit status."""
-    if "_I2P_COMPLETE" in os.environ:
-        program.main(prog_name="i2p")  # a shell asks how the line may go on; exits
-    arguments = sys.argv[1:] if arguments is None else arguments
+    status = INTERRUPTED
     try:
-        with program.make_context("i2p", list(arguments)) as context:
-            result = program.invoke(context)
-        return result if isinstance(result, int) else DONE
-    except click.exceptions.Exit as leaving:
-        return leaving.exit_code
-    except StoryError as problem:
-        show(problem.diagnostics)
-        return WRONG
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        return INTERRUPTED
-    except click.ClickException as problem:
-        problem.show()
-        return USAGE
-    except BrokenPipeError:
-        forget_output()  # whoever read our output has had enough
-        return DONE
-    except (OSError, MemoryError) as problem:
-        forget_output()
-        with suppress(OSError):
-            click.echo(f"error: {in_words(problem)}", err=True)
-        return WRONG
+        ready()
+        status = run_command(arguments)
+    except (KeyboardInterrupt, Terminated):
+        pass  # another one, while the first was being told
+    finish(status)
 
 
-class Commands(click.Group):
-    """The commands, each imported when it is asked for."""
+def __getattr__(name: str) -> Any:
+    """`run_command` and all else of i2pdsl/commands/program.py."""
+    if name.startswith("__"):  # the import system looks for some
+        raise AttributeError(name)
+    from i2pdsl.commands import program
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return command_named(cmd_name) if cmd_name in COMMANDS else None
-
-
-def command_named(name: str) -> click.Command:
-    """A command: the function of the same name in the module of the same name."""
-    return getattr(import_module(f"i2pdsl.commands.{name}"), name)
-
-
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="i2pdsl", prog_name="i2p")
-def program() -> None:
-    """Stories told to a simulated audience, by inverse inverse planning."""
+    return getattr(program, name)
 
 
 if __name__ == "__main__":

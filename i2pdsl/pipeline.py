@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.audience.replay import replay
+from i2pdsl.computing import computing
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source, default_assumption
@@ -147,17 +148,24 @@ class Story:
         >>> result.script, result.score
 
         Raises StoryError where no state fulfils the `start`, or the world is too large;
-        ValueError for a negative seed or no candidates.
+        ValueError for a negative seed or no candidates; NoComputing (a RuntimeError) where JAX
+        cannot run, as in a process that was forked while it ran.
         """
         if seed < 0 or candidates < 1:
             raise ValueError("a seed is at least 0, and there is at least one candidate")
         watch = watch or Watch()
         world = self.world(watch)
+        if naive or self.typed.search.method == "naive":
+            return self._solve(world, seed, candidates, True, watch)
+        with computing(watch.say):
+            return self._solve(world, seed, candidates, False, watch)
+
+    def _solve(self, world: World, seed: int, candidates: int, naive: bool, watch: Watch) -> Result:
         if isinstance(world, HillWorld):
             return self._on_a_hill(world, seed, naive, watch)
         assert isinstance(world, GridWorld)
         allowed = self.allowed_starts(world)
-        if naive or self.typed.search.method == "naive":
+        if naive:
             found = [self._naive(world, allowed, seed, watch)]
             finished = True
         else:
@@ -180,7 +188,7 @@ class Story:
 
     def _on_a_hill(self, world: HillWorld, seed: int, naive: bool, watch: Watch) -> Result:
         plan, finished = self.typed.search, True
-        if naive or plan.method == "naive":
+        if naive:
             began = time.perf_counter()
             with np.errstate(all="ignore"):  # refused below
                 found = [hill_rollout(world, self.typed.length, plan.noise, seed)]

@@ -727,8 +727,8 @@ def test_interrupted_while_drawing(
 def test_a_lost_interrupt_is_sent_again() -> None:
     """Python drops what is raised in a callback of the garbage collector; JAX has one."""
     code = (
-        "import gc, os, signal, sys, time; from i2pdsl import cli\n"
-        "sys.unraisablehook = cli.keep_interrupt\n"
+        "import gc, os, signal, sys, time; from i2pdsl.interrupts import keep_interrupt\n"
+        "sys.unraisablehook = keep_interrupt\n"
         "def callback(*_):\n"
         "    gc.callbacks.remove(callback); os.kill(os.getpid(), signal.SIGINT); time.sleep(0.05)\n"
         "gc.callbacks.append(callback)\n"

@@ -10,6 +10,7 @@ import click
 
 from i2pdsl.commands.inputs import story_files
 from i2pdsl.commands.output import DONE, check_writable, output, output_json, show
+from i2pdsl.computing import computing
 from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
 
 if TYPE_CHECKING:
@@ -81,13 +82,14 @@ def compile_programs(
     """
     from i2pdsl.pipeline import Story
     from i2pdsl.progress import Bars
-    from i2pdsl.search.prepare import prepare
 
     shapes: dict[str, dict[str, Any]] = {}
     problems: list[Diagnostic] = []
     traced: list[str] = []
     done = 0
-    with Bars() as bars:
+    with Bars() as bars, computing(bars.say):
+        from i2pdsl.search.prepare import prepare
+
         try:
             for (path, typed), record in zip(stories, records, strict=True):
                 bars.compiling(done, len(stories))

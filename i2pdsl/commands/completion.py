@@ -13,6 +13,6 @@ def completion(shell: str) -> None:
 
     kind = get_completion_class(shell)
     assert kind is not None
-    from i2pdsl.cli import program
+    from i2pdsl.commands.program import program
 
     click.echo(kind(program, {}, "i2p", "_I2P_COMPLETE").source())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,7 +71,7 @@ def run(
             raise click.UsageError(message)
         check_writable(folder)
     results: list[dict[str, Any]] = []
-    status = DONE
+    status, complete = DONE, 0
     for story, folder in zip(loaded, folders, strict=True):
         show(story.warnings)
         for number in chosen:
@@ -97,8 +96,12 @@ def run(
             if not finished:
                 status = INTERRUPTED
                 break
+            complete += 1
         if status == INTERRUPTED:
             break
+    if status == INTERRUPTED and complete:
+        count = len(loaded) * len(chosen)
+        click.echo(f"interrupted: {complete} of {count} scripts are finished and kept", err=True)
     if as_json and (several or results):
         output_json(results if several else results[0])
     return status
@@ -108,15 +111,6 @@ def folder_name(name: str) -> str:
     """The name of a story, which is that of its file, as that of a folder: never one that leads
     elsewhere."""
     return name if name.strip(".") else "story"
-
-
-def prefetch(formats: tuple[str, ...]) -> None:
-    """Imports what the plots need while the search computes: it takes as long as the search."""
-    if {"png", "svg"} & set(formats):
-        from threading import Thread
-
-        work = "matplotlib.backends.backend_agg"
-        Thread(target=lambda: import_module(work), daemon=True).start()
 
 
 def make(
@@ -135,7 +129,6 @@ def make(
 
     from i2pdsl.progress import Bars
 
-    prefetch(formats)
     with Bars() as bars:
         found = story.solve(seed, candidates, naive, bars.watch)
     finished = found.finished

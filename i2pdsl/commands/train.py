@@ -11,6 +11,7 @@ import click
 from i2pdsl.commands.arguments import Assignment, complete_world
 from i2pdsl.commands.inputs import spec_of
 from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
+from i2pdsl.computing import computing
 from i2pdsl.errors import error, whole_file
 
 
@@ -50,14 +51,19 @@ def train(
     seed = spec.settings.controller if seed is None else seed
     if out is not None:
         check_writable(Path(out))
-    from i2pdsl.planning.actor_critic import Recipe
     from i2pdsl.progress import Bars
-    from i2pdsl.worlds.hill.training import train_hill
 
-    recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
-    with Bars() as bars:
+    with Bars() as bars, computing(bars.say):
+        from i2pdsl.planning.actor_critic import Recipe
+        from i2pdsl.worlds.hill.training import train_hill
+
+        recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
         folder = None if out is None else Path(out)
-        done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+        try:
+            done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+        except KeyboardInterrupt:
+            bars.say("interrupted before there was anything to keep")
+            return INTERRUPTED
     if not done.finished:
         click.echo("interrupted: the best so far is kept; the same command goes on", err=True)
     weights = done.controllers.weights

@@ -7,7 +7,6 @@ import shutil
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import click
@@ -24,6 +23,7 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.shortcuts import CompleteStyle
 from prompt_toolkit.styles import Style, merge_styles, style_from_pygments_cls
 
+from i2pdsl.interrupts import HungUp
 from i2pdsl.repl.completing import complete_line
 from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.piped import entries
@@ -41,12 +41,13 @@ _STYLE = Style.from_dict(
 
 def converse(session: Session) -> None:
     """Reads and answers until Ctrl-D or `quit`."""
-    Thread(target=_load_ahead, daemon=True).start()
     editor = line_editor(session)
     click.echo(f"i2p repl: {told(session.state)}\n`help` explains, Ctrl-D leaves")
     while True:
         try:
             line = editor.prompt()
+        except HungUp:
+            raise
         except KeyboardInterrupt:
             continue
         except EOFError:
@@ -61,6 +62,8 @@ def answered(session: Session, typed: str) -> bool:
         session.ink = terminal_ink()  # windows change their size
         try:
             reply = session.run(entry)
+        except HungUp:
+            raise
         except KeyboardInterrupt:
             click.echo("interrupted: nothing is changed", err=True)
             return True
@@ -68,11 +71,6 @@ def answered(session: Session, typed: str) -> bool:
         if reply.leaves:
             return False
     return True
-
-
-def _load_ahead() -> None:
-    """Imports what the first question needs while it is being typed."""
-    import i2pdsl.repl.workshop  # noqa: F401
 
 
 def terminal_ink() -> Ink:

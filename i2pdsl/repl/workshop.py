@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from i2pdsl.audience.replay import replay
+from i2pdsl.computing import computing
 from i2pdsl.errors import Source, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.terms import score_script, story_objective
@@ -252,12 +253,12 @@ class Workshop:
     def _suggested_on_grid(
         self, story: Story, script: Script, frames: int
     ) -> tuple[Suggestion, ...]:
-        from i2pdsl.search.onward import continuations
-
         world = script.world
         assert isinstance(world, GridWorld)
         objective = story_objective(story.typed, world)
-        with Bars("searching") as bars:
+        with Bars("searching") as bars, computing(bars.say):
+            from i2pdsl.search.onward import continuations
+
             found = continuations(
                 world,
                 objective,
@@ -277,12 +278,12 @@ class Workshop:
     def _suggested_on_hill(
         self, story: Story, script: Script, frames: int
     ) -> tuple[Suggestion, ...]:
-        from i2pdsl.search.onward import descents
-
         world, path, typed = script.world, script.trajectory, story.typed
         assert isinstance(world, HillWorld)
         objective = story_objective(typed, world)
-        with Bars("searching") as bars:
+        with Bars("searching") as bars, computing(bars.say):
+            from i2pdsl.search.onward import descents
+
             found = descents(
                 world, objective, typed.length, typed.search, path, frames, bars.watch.searching
             )
@@ -323,8 +324,8 @@ def first_picture(world: World, story: Story) -> Trajectory:
     allowed = story.allowed_starts(world)
     if isinstance(world, HillWorld):
         return Trajectory(np.zeros((0, 6)), np.asarray(allowed[:1]))
-    from i2pdsl.search.beam import draw_starts
-
+    with computing():
+        from i2pdsl.search.beam import draw_starts
     return Trajectory(np.zeros(0, dtype=np.int64), draw_starts(allowed, 1, 0).astype(np.int64))
 
 

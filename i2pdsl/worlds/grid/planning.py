@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.worlds.grid.dynamics import Dynamics
@@ -128,7 +129,8 @@ def load_or_plan(
         if say is not None:
             say(f"the cached plan {name} does not fit the world; it is made again")
     check_memory(spec)
-    plan = solve(spec, dynamics(), report=report)
+    with computing(say):
+        plan = solve(spec, dynamics(), report=report)
     content = {f"continuation_{i}": array for i, array in enumerate(plan.continuation)}
     store.save(name, {**content, "residual": np.array(plan.residual)}, say)
     return plan
