@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from textwrap import wrap
 
 _OPEN, _CLOSE = "([{", ")]}"
 _UNFINISHED = re.compile(r"(?:[-+*/^=<>,:|@]|\b(?:and|or|not|then|else|if|in))$")
+_LONGEST = 8  # characters of a line's end, more than any of these and what is before it
 _FILE = re.compile(r'\s*("[^"]+"|\S*\.[^\W\d]\w*)\s*$')
 _GAP = re.compile(r"\S.*?  +(?=\S)")  # between a word and what is said about it
 PICTURES = (".png", ".svg", ".pdf")
@@ -69,12 +71,30 @@ def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: i
     return [" " * indent + line for line in lines]
 
 
+@dataclass(frozen=True)
+class Brackets:
+    """What lines leave open: how many brackets, and how the last one that is not blank ends."""
+
+    depth: int = 0
+    end: str = ""
+
+    def after(self, text: str) -> Brackets:
+        """The same with more lines behind those read so far."""
+        depth, end = self.depth, self.end
+        for line in map(without_comment, text.splitlines()):
+            depth += sum(map(line.count, _OPEN)) - sum(map(line.count, _CLOSE))
+            end = line[-_LONGEST:] if line.strip() else end
+        return Brackets(depth, end)
+
+    @property
+    def are_unfinished(self) -> bool:
+        """Whether more must follow: a bracket is open, or the last line ends with an operator."""
+        return self.depth > 0 or _UNFINISHED.search(self.end) is not None
+
+
 def is_unfinished(text: str) -> bool:
-    """Whether more must follow: a bracket is open, or the last line ends with an operator."""
-    lines = [without_comment(line) for line in text.splitlines()]
-    depth = sum((c in _OPEN) - (c in _CLOSE) for line in lines for c in line)
-    last = next((line for line in reversed(lines) if line.strip()), "")
-    return depth > 0 or _UNFINISHED.search(last.rstrip()) is not None
+    """Whether more must follow a text."""
+    return Brackets().after(text).are_unfinished
 
 
 def split_file(text: str) -> tuple[str, str | None]:
