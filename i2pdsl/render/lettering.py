@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from xml.sax.saxutils import escape
 
-from i2pdsl.render.raster import FONT_FAMILY, text_width
+from i2pdsl.render.fonts import FAMILY
+from i2pdsl.render.raster import text_width
 from i2pdsl.render.sprites import INK
 
-FONTS = f"font-family=\"'{FONT_FAMILY}', Verdana, sans-serif\""
+FONTS = f"font-family=\"'{FAMILY}', Verdana, sans-serif\""
 TAG = "#ffe9b0"
 
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-import warnings
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,6 +23,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from i2pdsl.render.fonts import families, lacked, quiet_glyphs
+from i2pdsl.render.raster import text_width
 from i2pdsl.resources import atomic_path
 
 if TYPE_CHECKING:
@@ -60,11 +61,15 @@ TITLE_SIZE, PANEL_SIZE, TEXT_SIZE = 12.0, 9.5, 8.0  # points
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb."""
+    """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb.
+
+    `steps`: it is 1 or 0 in each frame, and nothing in between.
+    """
 
     label: str
     values: NDArray[np.float64]
     color: str
+    steps: bool = False
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float64)
@@ -257,11 +262,14 @@ def save_mind(
     if kind not in ("png", "svg"):
         raise ValueError(f"{path.name}: belief plots are written as .png or .svg")
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-    fixed = rc_context(
-        {"svg.hashsalt": "i2p", "svg.fonttype": "path", "font.family": "DejaVu Sans"}
+    text = title + "".join(
+        f"{p.title}{p.ylabel}{''.join(s.label for s in p.series)}" for p in panels
     )
-    with fixed, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a title may hold any text
+    text += "".join((*(m.label for m in marks), *(w.label for w in windows)))
+    fixed = rc_context(
+        {"svg.hashsalt": "i2p", "svg.fonttype": "path", "font.family": families(text)}
+    )
+    with fixed, quiet_glyphs():
         figure = mind_figure(panels, title, frame, marks, columns, windows)
         with atomic_path(path) as temporary:
             figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
@@ -335,6 +343,7 @@ def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: fl
         "markeredgecolor": "white",
         "markeredgewidth": 0.6,
         "zorder": 3,
+        "drawstyle": "steps-mid" if series.steps else "default",
     }
     if frame is None:
         axes.plot(frames, values, markevery=every, **style)
@@ -383,6 +392,8 @@ def _width(text: str, size: float) -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
+    if lacked(text):
+        return text_width(text, size, size == PANEL_SIZE) / 72
     font = FontProperties(size=size, weight="bold" if size == PANEL_SIZE else "normal")
     return float(text_to_path.get_text_width_height_descent(text, font, False)[0]) / 72
 

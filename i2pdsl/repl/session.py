@@ -12,6 +12,7 @@ from i2pdsl.errors import Diagnostic, Source, StoryError, did_you_mean, whole_fi
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.render.fonts import noting
 from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.faults import fault
 from i2pdsl.repl.helping import every_word, explain
@@ -66,8 +67,10 @@ class Session:
     def run(self, line: str) -> Reply:
         """Does what a line says; what is wrong with it is in the reply, and changes nothing."""
         state, past = self.state, list(self.past)
+        warned: list[Diagnostic] = []
         try:
-            reply = self._run(line)
+            with noting(lambda *said: warned.append(no_font(*said))):
+                reply = self._run(line)
         except StoryError as problem:
             reply = Reply(diagnostics=problem.diagnostics)
         except (OSError, MemoryError) as problem:
@@ -78,6 +81,7 @@ class Session:
         except Exception as problem:
             self.state, self.past = state, past
             reply = Reply(diagnostics=(fault(self, line, problem),))
+        reply = replace(reply, diagnostics=(*reply.diagnostics, *warned))
         if self._workshop is None:
             return reply
         remarks = tuple(self._workshop.remarks)
@@ -321,6 +325,11 @@ class Session:
 
     def on_quit(self, rest: str) -> Reply:
         return Reply(leaves=True)
+
+
+def no_font(message: str, hint: str) -> Diagnostic:
+    """A warning about letters in pictures."""
+    return Diagnostic("font", message, whole_file(INPUT), hint, severity="warning")
 
 
 def told(state: State) -> str:

@@ -369,8 +369,9 @@ def _written(value: object) -> str:
 
 def _drawn(script: Script, path: Path) -> list[str]:
     """Pictures of a script: the one kind that was asked for, beside the name that was given."""
-    from i2pdsl.commands.pictures import draw
+    from i2pdsl.render.pictures import pictures_of
 
-    files: dict[str, str] = {}
-    draw([script], path.parent / path.stem, (path.suffix[1:].lower(),), files)
-    return list(files.values())
+    drawing = pictures_of([script])
+    with Bars() as bars:
+        kinds = (path.suffix[1:].lower(),)
+        return [str(p) for _, p in drawing.drawn(path.parent / path.stem, kinds, bars.drawing)]
