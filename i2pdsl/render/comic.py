@@ -113,6 +113,7 @@ def _cheapest_path(cost: np.ndarray, count: int) -> list[int]:
 # -------------------------------------------------------------------------------- the strip
 
 GUTTER, TEXT, TITLE = 18.0, 14.0, 24.0  # pixels
+LINES = 5  # of a caption, at most
 
 
 def comic_svg(
@@ -125,7 +126,7 @@ def comic_svg(
 ) -> str:
     """A comic strip of the given frames (0 is the start) as an SVG document, in pixels.
 
-    `captions` has a line for each of `frames`, written below its panel; two lines at most.
+    `captions` has a line for each of `frames`, written below its panel.
     """
     if captions is not None and len(captions) != len(frames):
         raise ValueError(f"{len(frames)} frames, but {len(captions)} captions")
@@ -137,7 +138,7 @@ def comic_svg(
     slot = max(panel_width, 180.0)
     tags = ["start" if t == 0 else str(t) for t in frames]
     room = slot - max((text_width(tag, TEXT, True) for tag in tags), default=0) - 30
-    texts = [wrapped(text, TEXT, room) for text in captions or [""] * len(frames)]
+    texts = [wrapped(text, TEXT, room, LINES) for text in captions or [""] * len(frames)]
     band = 14 + 1.3 * TEXT * max((len(lines) for lines in texts), default=1)
     top = GUTTER + (TITLE * 1.6 if title else 0.0)
 

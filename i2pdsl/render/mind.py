@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from i2pdsl.render.fonts import families, lacked, quiet_glyphs
+from i2pdsl.render.lettering import units
 from i2pdsl.render.raster import text_width
 from i2pdsl.resources import atomic_path
 
@@ -289,7 +290,7 @@ def _left_room(panels: Sequence[Panel], index: int, columns: int) -> float:
 
 def _right_room(panel: Panel) -> float:
     """Inches for the names beside the curves."""
-    names = (_fit(series.label, TEXT_SIZE, LABEL_WIDTH) for series in panel.series)
+    names = (_fit_name(series.label) for series in panel.series)
     return LABEL_GAP + max(_width(name, TEXT_SIZE) for name in names) + EDGE
 
 
@@ -369,7 +370,7 @@ def _label_series(axes: Axes, panel: Panel) -> None:
         ends.append((float(known[-1]) - bottom) / (top - bottom) if len(known) else 0.5)
     places = spread(ends, TEXT_SIZE * 1.25 / 72 / PLOT_HEIGHT, 0.03, 0.97)
     for series, end, place in zip(panel.series, ends, places, strict=True):
-        name = _fit(series.label, TEXT_SIZE, LABEL_WIDTH)
+        name = _fit_name(series.label)
         if abs(place - end) > 0.02:  # a leader from the curve's end to its name
             x = np.array([0.985, 1.0 + 0.7 * LABEL_GAP / PLOT_WIDTH])
             axes.plot(
@@ -401,7 +402,7 @@ def _width(text: str, size: float) -> float:
 def _wrap(text: str, size: float, width: float) -> list[str]:
     """Lines no wider than `width` inches, at most three; what is left over ends in '…'."""
     lines, room = [""], 0.0
-    for word in _clean(text).split():
+    for word in units(_clean(text), lambda word: _width(word, size) <= width):
         needed = _width(f" {word}", size)
         if needed > room and lines[-1]:
             if len(lines) == 3:
@@ -421,6 +422,15 @@ def _fit(text: str, size: float, width: float) -> str:
         return text
     kept = bisect_left(range(len(text)), True, key=lambda n: _width(text[:n] + "…", size) > width)
     return text[: max(kept - 1, 0)] + "…"
+
+
+def _fit_name(name: str) -> str:
+    """A curve's name; of a long one its middle is left out, since names often begin alike."""
+    name = _clean(name)
+    if _width(name, TEXT_SIZE) <= LABEL_WIDTH:
+        return name
+    head, tail = _fit(name, TEXT_SIZE, 0.6 * LABEL_WIDTH), name[::-1]
+    return head + _fit(tail, TEXT_SIZE, 0.42 * LABEL_WIDTH)[-2::-1]
 
 
 def _clean(text: str) -> str:

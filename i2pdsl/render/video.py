@@ -12,6 +12,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def _encode(
             except BrokenPipeError:
                 pass  # ffmpeg gave up; it says why
             except BaseException:
-                process.kill()
+                _end(process)
                 raise
         if process.returncode == 0:
             return
@@ -163,10 +164,9 @@ class FilmError(OSError, RuntimeError):
 def _blame(program: str, what: str) -> str:
     """What is the matter with an ffmpeg, and how to take another one."""
     chosen = os.environ.get(_VARIABLE)
-    source, remedy = f" (from {_VARIABLE})", f"unset {_VARIABLE}, or let it name"
     if not chosen:
-        source, remedy = "", f"let {_VARIABLE} name"
-    return f"{program}{source} {what}; {remedy} one that works"
+        return f"{program} {what}; {_VARIABLE} can name another one"
+    return f"{program} (from {_VARIABLE}) {what}; unset {_VARIABLE}, or let it name another one"
 
 
 def _ffmpeg(film: str) -> str:
@@ -178,6 +178,14 @@ def _ffmpeg(film: str) -> str:
     except RuntimeError:
         reason = f"there is none; install one, or let {_VARIABLE} name it"
         raise FilmError([film], reason) from None
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Ends ffmpeg, and what it may have started itself, being a script."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
 
 
 def _ended(status: int) -> str:
@@ -218,7 +226,7 @@ class _Patience:
         while not self.done.wait(min(1.0, PATIENCE / 4)):
             if time.monotonic() - self.heard > PATIENCE:
                 self.is_over = True
-                self.process.kill()
+                _end(self.process)
                 return
 
 
