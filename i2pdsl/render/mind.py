@@ -58,6 +58,8 @@ PLOT_WIDTH, PLOT_HEIGHT = 1.7, 1.45
 ABOVE, BELOW, EDGE = 0.36, 0.46, 0.14
 LABEL_GAP, LABEL_WIDTH = 0.09, 1.4
 TITLE_SIZE, PANEL_SIZE, TEXT_SIZE = 12.0, 9.5, 8.0  # points
+NAME_GAP = TEXT_SIZE * 1.25 / 72  # from one curve's name to the next
+NAMES_SHARE = 0.94  # of a plot's height, beside which names stand
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +218,9 @@ def mind_figure(
     cells = [left[column] + PLOT_WIDTH + max(rights[column::columns]) for column in range(columns)]
     width = sum(cells)
     titles = [_wrap(panel.title, PANEL_SIZE, PLOT_WIDTH + min(rights)) for panel in panels]
-    cell_height = ABOVE + 0.16 * (max(map(len, titles)) - 1) + PLOT_HEIGHT + BELOW
+    names = max(len(panel.series) for panel in panels)
+    plot_height = max(PLOT_HEIGHT, names * NAME_GAP / NAMES_SHARE)  # or names lie on each other
+    cell_height = ABOVE + 0.16 * (max(map(len, titles)) - 1) + plot_height + BELOW
     heading = _wrap(title, TITLE_SIZE, width - 2 * EDGE)
     notes = [f"┊ frame {m.frame:g}: {m.label}" for m in marks if m.label]
     notes += [f"▒ frames {w.first} to {w.last}: {w.label}" for w in windows if w.label]
@@ -232,13 +236,14 @@ def mind_figure(
         row, column = divmod(index, columns)
         x = sum(cells[:column]) + left[column]
         y = height - top - (row + 1) * cell_height + BELOW
-        box = (x / width, y / height, PLOT_WIDTH / width, PLOT_HEIGHT / height)
+        box = (x / width, y / height, PLOT_WIDTH / width, plot_height / height)
         axes = figure.add_axes(box)
         axes.set_title(
             "\n".join(titles[index]), loc="left", pad=7, size=PANEL_SIZE, weight="bold",
             color=INK, parse_math=False, linespacing=1.2,
         )  # fmt: skip
         _draw_panel(axes, panel, frame, marks, windows, _says_ylabel(panels, index, columns))
+        _label_series(axes, panel, NAME_GAP / plot_height)
     for line, text in enumerate(footing):
         place = (EDGE / width, (0.06 + 0.16 * (len(footing) - 1 - line)) / height)
         figure.text(*place, text, va="bottom", size=TEXT_SIZE, color=FAINT, parse_math=False)
@@ -326,7 +331,6 @@ def _draw_panel(
         axes.axvline(frame, color=INK, linewidth=1.0, zorder=1.8)
     for index, series in enumerate(panel.series):
         _draw_series(axes, panel, series, index, frame)
-    _label_series(axes, panel)
 
 
 def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: float | None) -> None:
@@ -360,15 +364,15 @@ def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: fl
     axes.plot(frame, here, **{**style, "markersize": 5.5, "marker": "o", "zorder": 4})
 
 
-def _label_series(axes: Axes, panel: Panel) -> None:
-    """Names beside the curves' right ends, moved apart where the ends lie too close."""
+def _label_series(axes: Axes, panel: Panel, gap: float) -> None:
+    """Names beside the curves' right ends, at least `gap` of the axis apart."""
     bottom, top = axes.get_ylim()
     ends = []
     for series in panel.series:
         values = panel_values(panel, series)
         known = values[np.isfinite(values)]
         ends.append((float(known[-1]) - bottom) / (top - bottom) if len(known) else 0.5)
-    places = spread(ends, TEXT_SIZE * 1.25 / 72 / PLOT_HEIGHT, 0.03, 0.97)
+    places = spread(ends, gap, (1 - NAMES_SHARE) / 2, (1 + NAMES_SHARE) / 2)
     for series, end, place in zip(panel.series, ends, places, strict=True):
         name = _fit_name(series.label)
         if abs(place - end) > 0.02:  # a leader from the curve's end to its name

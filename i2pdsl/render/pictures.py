@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 # For values and characters that the palette does not name; dashes and labels tell them apart too.
 _MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 
+CURVES_MAX = 24  # in a panel
+OTHERS = " others"
+
 
 def stage_of(spec: GridSpec) -> Stage:
     """A world as the drawing sees it."""
@@ -79,7 +82,7 @@ class Pictures(PictureFiles):
             if len(c.goals) > 1:
                 goal = goal_of(c.name)
                 beliefs = ask(f"P({goal} | script[:t])")
-                series = _series(zip(c.goals, beliefs.T, strict=True))
+                series = _series(_most(c.goals, beliefs.T))
                 found.append(Panel(f"{c.name}'s goal", "probability", series))
         if spec.social:
             kinds = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
@@ -177,6 +180,21 @@ class Pictures(PictureFiles):
         save(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
 
 
+def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Curves by name; of very many those that are believed most, and the others taken together.
+
+    Args:
+        values: [names, T + 1].
+    """
+    curves = list(zip(names, values, strict=True))
+    if len(curves) <= CURVES_MAX:
+        return curves
+    order = np.argsort(-values.max(axis=1), kind="stable")
+    kept, rest = sorted(order[: CURVES_MAX - 1]), order[CURVES_MAX - 1 :]
+    others = f"{len(rest)}{OTHERS}"
+    return [*(curves[i] for i in kept), (others, values[rest].sum(axis=0))]
+
+
 def _series(curves: Any) -> tuple[Series, ...]:
     found = []
     for number, (label, values) in enumerate(curves):
@@ -187,7 +205,8 @@ def _series(curves: Any) -> tuple[Series, ...]:
 
 def _belief(panel: Panel, t: int) -> str:
     """What viewers believe of one thing after frame t, or that they cannot tell."""
-    first, *others = sorted(panel.series, key=lambda s: -s.values[t])
+    named = [s for s in panel.series if not s.label.endswith(OTHERS)]
+    first, *others = sorted(named, key=lambda s: -s.values[t])
     who, _, what = panel.title.partition("'s ")
     if others and first.values[t] - others[0].values[t] < UNSURE:
         return f"{who}: hard to tell"
