@@ -60,7 +60,10 @@ def units(text: str, fits: Callable[[str], bool]) -> list[str]:
 
 
 def wrapped(text: str, size: float, room: float, most: int = 2) -> list[str]:
-    """A caption broken into at most so many lines that fit; the rest becomes an ellipsis."""
+    """A caption broken into at most so many lines that fit; the rest becomes an ellipsis.
+
+    The pieces of a name that is too long for a line do not count.
+    """
     lines = [""]
     for word in units(text, lambda word: text_width(word, size) <= room):
         longer = f"{lines[-1]} {word}".strip()
@@ -68,6 +71,7 @@ def wrapped(text: str, size: float, room: float, most: int = 2) -> list[str]:
             lines[-1] = longer
         else:
             pieces = _cut(word, size, room)
+            most += len(pieces) if len(pieces) > 1 else 0
             lines = [*lines, *pieces] if lines[-1] else pieces
     if len(lines) > most:
         lines = [*lines[: most - 1], f"{lines[most - 1]} …"]

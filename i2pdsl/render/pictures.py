@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from i2pdsl.render.hill.pictures import HillPictures
 
 # For values and characters that the palette does not name; dashes and labels tell them apart too.
+_CAST_COLORS = ("#d98b4a", "#7fae6b", "#b48ad1", "#d9718e", "#c9b04f", "#5fb3b0")
 _MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 
 CURVES_MAX = 24  # in a panel
@@ -33,7 +35,17 @@ def stage_of(spec: GridSpec) -> Stage:
     tiles = tuple(Tile(t.name, cell, t.color) for t in spec.tiles for cell in t.cells)
     cast = [Actor(c.name, c.sprite, c.color, "character") for c in spec.characters]
     cast += [Actor(t.name, t.sprite, t.color, "object") for t in spec.things]
-    return Stage(spec.name, spec.rows, tiles, tuple(cast), spec.floor, spec.wall)
+    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), spec.floor, spec.wall)
+
+
+def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
+    """The cast in colours that tell those of one drawing apart, where the world leaves it open."""
+    found: list[Actor] = []
+    for actor in cast:
+        taken = {(other.sprite, other.color) for other in found}
+        free = [c for c in (actor.color, *_CAST_COLORS) if (actor.sprite, c) not in taken]
+        found.append(replace(actor, color=free[0] if free else actor.color))
+    return tuple(found)
 
 
 def pictures_of(scripts: Sequence[Script], title: str | None = None) -> Pictures | HillPictures:
@@ -141,9 +153,15 @@ class Pictures(PictureFiles):
         return np.stack(curves, axis=1)
 
     def meters(self) -> list[tuple[str, str, Any]]:
-        """The curves below the film: the alignment's if there is one, else the first goal's."""
+        """The curves below the film: the alignment's if there is one, else the first goal's.
+
+        Of a goal it is said whose it is, where there are several.
+        """
         chosen = [p for p in self.panels if "alignment" in p.title] or list(self.panels[:1])
-        return [(s.label, s.color, s.values) for s in chosen[0].series]
+        goals = [p for p in self.panels if p.title.endswith("'s goal")]
+        is_plain = "alignment" in chosen[0].title or goals == chosen[:1]
+        whose = "" if is_plain else f"{chosen[0].title}: "
+        return [(whose + s.label, s.color, s.values) for s in chosen[0].series]
 
     # Files.
 

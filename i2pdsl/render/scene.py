@@ -23,6 +23,7 @@ from i2pdsl.render.sprites import (
 from i2pdsl.render.stage import DIRECTIONS, Actor, Cell, Stage, Tile
 
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
+LEAST = 16.0  # pixels: nobody is drawn smaller, however small the cells of a large map
 FOOT = 0.94  # where in its cell an actor stands, from the cell's top
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
@@ -101,7 +102,7 @@ def mark_svg(kind: str, key: Key, cell: float = 64) -> str:
 
 def shadow_svg(key: Key, cell: float = 64) -> str:
     """The shadow on the floor: the higher the actor, the smaller and fainter."""
-    size = key.scale_x / (1 + 0.22 * key.lift)
+    size = life(cell) * key.scale_x / (1 + 0.22 * key.lift)
     dark = 0.30 * key.opacity / (1 + 0.30 * key.lift)
     x, y = (key.x + 0.5) * cell, (key.y + FOOT - 0.015) * cell
     return "".join(
@@ -111,8 +112,14 @@ def shadow_svg(key: Key, cell: float = 64) -> str:
     )
 
 
+def life(cell: float) -> float:
+    """How much larger than life the cast is drawn where cells are small: 1 where they are not."""
+    return max(1.0, LEAST / cell)
+
+
 def _placed(x: float, y: float, key: Key, cell: float) -> str:
-    scale = f"scale({key.scale_x * cell / 100:.4f} {key.scale_y * cell / 100:.4f})"
+    size = life(cell) * cell / 100
+    scale = f"scale({key.scale_x * size:.4f} {key.scale_y * size:.4f})"
     turn = f" rotate({key.angle * 360:.2f})" if key.angle else ""
     return f"translate({x:.2f} {y:.2f}){turn} {scale}"
 
@@ -233,10 +240,17 @@ def _pattern(i: int, x: float, y: float, color: str, cell: float) -> str:
 def _label(stage: Stage, tile: Tile, cell: float) -> str:
     """The tile's name on a tag over its lower edge, where nobody's face hides it."""
     column, row = tile.cell
-    beside = any(t.cell[1] == row and abs(t.cell[0] - column) == 1 for t in stage.tiles)
-    room = 0.80 * cell if beside else max(1.66 * cell, 70.0)
-    # Large names shrink, down to what can be read; what is longer still is cut.
     text, size = tile.name, max(0.17 * cell, 8.5)
+    # Up to the middle between it and the next tag of about the same height.
+    others = (
+        abs(t.cell[0] - column)
+        for t in stage.tiles
+        if abs(t.cell[1] - row) * cell < 1.5 * size and t.cell != tile.cell
+    )
+    room = min((max(1.66 * cell, 70.0), *((apart - 0.20) * cell for apart in others)))
+    if room < size:
+        return ""
+    # Large names shrink, down to what can be read; what is longer still is cut.
     size = max(min(size, size * room / max(text_width(text, size, bold=True), 1e-6)), 7.0)
     while len(text) > 2 and text_width(text, size, bold=True) > room + 0.1:
         text = text[:-2].rstrip() + "…"
