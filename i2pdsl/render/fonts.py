@@ -23,10 +23,7 @@ _UNSEEN = ("Cc", "Cf", "Cs", "Zs", "Zl", "Zp")
 _EAST_ASIAN = ("CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KANGXI")
 
 _noted: ContextVar[set[str] | None] = ContextVar("noted", default=None)
-
-
-class NoFont(UserWarning):
-    """Characters are drawn as boxes."""
+_logged: set[str] = set()
 
 
 @cache
@@ -84,7 +81,7 @@ def quiet_glyphs() -> Iterator[None]:
 def noting(tell: Callable[[str, str], None]) -> Iterator[None]:
     """Tells once, at the end, of all characters that no font had: a message and a hint.
 
-    Outside of it they are told by Python's warnings.
+    Outside of it each is logged once.
     """
     token = _noted.set(set())
     try:
@@ -110,9 +107,9 @@ def _note(missing: frozenset[str]) -> None:
     noted = _noted.get()
     if noted is not None:
         noted |= missing
-    elif missing:
-        message, hint = in_words(missing)
-        warnings.warn(f"{message}; {hint}", NoFont, stacklevel=4)
+    elif missing - _logged:
+        _logged.update(missing)
+        logging.getLogger(__name__).warning("%s; %s", *in_words(missing))
 
 
 def _is_seen(character: str) -> bool:

@@ -45,7 +45,17 @@ WORDS = (
 NAMES = (
     *("a\udcff.story", "a b.story", "#.story", "%s.story", "'.story", '"a"b.story', "a\tb.story"),
     *("x" * 300 + ".story", "no/" * 2000 + "a.story", "one.story/two.story", ".story", "..story"),
-    *("\udcff", "\udcff.json", ".", "..", "a.png.story", "🐭猫.story", "a\x00.story", "a.tex", "~x"),
+    *(
+        "\udcff",
+        "\udcff.json",
+        ".",
+        "..",
+        "a.png.story",
+        "🐭猫.story",
+        "a\x00.story",
+        "a.tex",
+        "~x",
+    ),
 )
 JUNK = (
     "\x1b[31m",
