@@ -68,7 +68,8 @@ def in_words_of(example: str, words: Vocabulary) -> str | None:
         if latent.kind == "number" and _parts(values, sign, value):
             return f"{latent.name} {sign} {value}"
         if sign == "in":
-            return f"{latent.name} in {{{', '.join(map(show_value, values[:2]))}}}"
+            some = values[: max(1, min(2, len(values) - 1))]  # of all values it is certain
+            return f"{latent.name} in {{{', '.join(map(show_value, some))}}}"
         place = -1 if sign == "<" or value == "none" else int(value == "1")
         return f"{latent.name} = {show_value(values[place % len(values)])}"
 
