@@ -302,9 +302,7 @@ def _story(state: State) -> Story:
 
 def story_of(typed: TypedStory, program: Program) -> Story:
     """A session's story: its world may be known by the script that carried it."""
-    known = program.known
-    if known is not None and known.name != typed.world:
-        known = None  # the session has moved to another world
+    known = program.known if program.carries(typed.world) else None  # it may have moved elsewhere
     return Story(typed, program.folder, known)
 
 

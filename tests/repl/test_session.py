@@ -31,6 +31,7 @@ from i2pdsl.repl.showing import (
 )
 from i2pdsl.repl.state import State
 from i2pdsl.repl.words import COMMANDS
+from i2pdsl.scripts import Script
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from repl.conftest import HELP, asked, copied, refused, right, saved_and_read, shown
@@ -758,3 +759,22 @@ def test_an_example_of_another_world_is_right_there() -> None:
     text = in_a_line(shown(session, "help P")) + in_a_line(shown(session, "help in"))
     assert "P(G_robot in {left} | script[:T])" in text
     right(session, "P(G_robot in {left} | script[:T])")
+
+
+def test_a_script_whose_story_names_the_file_of_its_world(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The script brings its world along, wherever it lies."""
+    (tmp_path / "made").mkdir()
+    text = (STORIES / "worlds" / "maze.world").read_text(encoding="utf-8")
+    (tmp_path / "made" / "my.world").write_text(text, encoding="utf-8")
+    story = tmp_path / "made" / "a.story"
+    story.write_text('world "my.world"\nlength 2\nsearch naive\n', encoding="utf-8")
+    i2pdsl.load(story).solve(seed=0).script.save(tmp_path / "moved.json")
+    right(session, "load moved.json")
+    question = "P(rho > 0 | script[:t])"
+    assert asked(session, question) == pytest.approx(
+        Script.load(tmp_path / "moved.json").query(question)
+    )
+    right(session, "play mouse west")
+    right(session, "world maze")
