@@ -10,7 +10,7 @@ import numpy as np
 from i2pdsl.answers import Answer
 from i2pdsl.errors import Diagnostic
 from i2pdsl.repl.curves import NOTHING, Ink, curves_of, draw_curves, extent
-from i2pdsl.repl.texts import laid_out, wrapped
+from i2pdsl.repl.texts import cells, laid_out, padded, wrapped
 
 MOST_VALUES = 40  # of a curve that are listed below it
 
@@ -187,12 +187,12 @@ def _asked(answer: Answer, ink: Ink) -> str:
 
 def _bars(latent: str, labels: Sequence[str], values: np.ndarray, ink: Ink) -> list[str]:
     """A latent's values with their probabilities, and bars."""
-    width = max(map(len, labels))
+    width = max(map(cells, labels))
     longest = max(8, min(24, ink.columns - 26))
     lines = [f"  {ink.paint(latent, 1)}"] if latent else []
     for label, value in zip(labels, values, strict=True):
         bar = ink.paint(_bar(float(value), longest, ink.unicode), 34)
-        lines.append(f"    {label:<{width}}  {float(value):8.4f}  {bar}".rstrip())
+        lines.append(f"    {padded(label, width)}  {float(value):8.4f}  {bar}".rstrip())
     return lines
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 from textwrap import wrap
@@ -54,6 +55,19 @@ def wrapped(text: str, columns: int) -> str:
     return "\n".join(lines)
 
 
+def cells(text: str) -> int:
+    """Columns of a terminal that a text takes: Han signs take two, combining marks none."""
+    if text.isascii():
+        return len(text)
+    wide = sum(unicodedata.east_asian_width(c) in "WF" for c in text)
+    return len(text) + wide - sum(unicodedata.combining(c) > 0 for c in text)
+
+
+def padded(text: str, width: int) -> str:
+    """A text with blanks behind it, so wide on a terminal."""
+    return text + " " * (width - cells(text))
+
+
 def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
     """Pieces side by side, as many as a line holds.
 
@@ -62,12 +76,12 @@ def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: i
     """
     lines, width = [""], 0
     for plain, written in parts:
-        if width and indent + width + gap + len(plain) > columns:
+        if width and indent + width + gap + cells(plain) > columns:
             lines.append("")
             width = 0
         between = " " * gap if width else ""
         lines[-1] += between + written
-        width += len(between) + len(plain)
+        width += len(between) + cells(plain)
     return [" " * indent + line for line in lines]
 
 

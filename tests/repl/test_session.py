@@ -30,6 +30,7 @@ from i2pdsl.repl.showing import (
     on_a_terminal,
 )
 from i2pdsl.repl.state import State
+from i2pdsl.repl.texts import cells
 from i2pdsl.repl.words import COMMANDS
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.find import find_vocabulary
@@ -778,3 +779,21 @@ def test_a_script_whose_story_names_the_file_of_its_world(
     )
     right(session, "play mouse west")
     right(session, "world maze")
+
+
+def test_maps_with_wide_signs_stand_in_columns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session()
+    rows = "map\n    巣..#\n    ....\n    ..種.\n"
+    tiles = "tile 巣\n    symbol = 巣\ntile seed\n    symbol = 種\n"
+    cat = "character 猫\n    goals = {巣, seed}\n"
+    (tmp_path / "han.world").write_text(rows + tiles + cat, encoding="utf-8")
+    right(session, "world han")
+    looked = shown(session, "show")
+    lines = in_a_line(looked).splitlines()[1:4]
+    assert {cells(line) for line in lines} == {4 + 4 * 2 + 3}
+    assert lines[0].endswith(" ██")
+    bars = on_a_terminal(looked, Ink()).splitlines()[-2:]
+    assert [bar.index("0.5") + (bar[4] == "巣") for bar in bars] == [10, 10]
