@@ -12,6 +12,7 @@ from i2pdsl.render.scene import (
     MARGIN,
     actor_svg,
     life,
+    margin,
     mark_svg,
     scene_size,
     shadow_svg,
@@ -151,8 +152,8 @@ def comic_svg(
         since = frames[i - 1] if i else t
         panels.append(
             f'<g transform="translate({x:g} {y:g})">'
-            f'<g transform="translate({(slot - panel_width) / 2 + MARGIN * cell:g} '
-            f'{MARGIN * cell:g})">'
+            f'<g transform="translate({(slot - panel_width) / 2 + margin(cell):g} '
+            f'{margin(cell):g})">'
             f'<use href="#room"/>{_panel(stage, film, since, t, cell)}</g>'
             f'<rect x="{(slot - panel_width) / 2:g}" width="{panel_width:g}" '
             f'height="{panel_height:g}" fill="none" stroke="{INK}" stroke-width="2"/>'

@@ -15,6 +15,7 @@ from i2pdsl.render.scene import (
     MARGIN,
     cast_svg,
     life,
+    margin,
     scene_size,
     stage_background,
     stage_symbols,
@@ -104,7 +105,7 @@ class _Scene:
         x0, y0, x1, y1 = self._box(keys)
         if x0 >= x1 or y0 >= y1:
             return
-        origin = MARGIN * self.cell  # of the drawing, in the picture
+        origin = margin(self.cell)  # of the drawing, in the picture
         cast = cast_svg(self.stage, self.film, time, self.cell)
         drawn = svg_rgba(
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{x1 - x0}" height="{y1 - y0}" '
@@ -129,7 +130,8 @@ class _Scene:
         right = max(key.x for key in keys) + 0.5 + reach
         bottom = max(key.y for key in keys) + 0.5 + reach
         height, width = self.picture.shape[:2]
-        x0, y0, x1, y1 = ((edge + MARGIN) * self.cell for edge in (left, top, right, bottom))
+        edges = (left, top, right, bottom)
+        x0, y0, x1, y1 = (edge * self.cell + margin(self.cell) for edge in edges)
         return max(int(x0), 0), max(int(y0), 0), min(int(x1), width), min(int(y1), height)
 
 

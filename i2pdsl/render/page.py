@@ -165,8 +165,8 @@ def _film_data(stage: Stage, film: Film) -> dict[str, Any]:
 
 def _life(stage: Stage) -> float:
     """How much larger than life the cast is drawn, whose cells a screen shows small."""
-    width, height = scene_size(stage, 1)
-    return round(life(min(SHOWN[0] / width, SHOWN[1] / height)), 3)
+    width, height = scene_size(stage, CELL)
+    return round(life(CELL * min(SHOWN[0] / width, SHOWN[1] / height)), 3)
 
 
 def _keys(track: Track) -> list[list[Any]]:

@@ -28,16 +28,26 @@ FOOT = 0.94  # where in its cell an actor stands, from the cell's top
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
 
+def life(cell: float) -> float:
+    """How much larger than life the cast is drawn where cells are small: 1 where they are not."""
+    return max(1.0, LEAST / cell)
+
+
+def margin(cell: float) -> float:
+    """Pixels of frame around the map: as much as the cast needs that stands at its edge."""
+    return MARGIN * life(cell) * cell
+
+
 def scene_size(stage: Stage, cell: float = 64) -> tuple[int, int]:
     """Width and height of a scene in whole pixels, frame included."""
-    width, height = (stage.width + 2 * MARGIN) * cell, (stage.height + 2 * MARGIN) * cell
+    width, height = (side * cell + 2 * margin(cell) for side in (stage.width, stage.height))
     return ceil(width - 1e-6), ceil(height - 1e-6)
 
 
 def view_box(stage: Stage, cell: float = 64) -> str:
     """The `viewBox` of a scene: the map starts at (0, 0), the frame lies outside it."""
     width, height = scene_size(stage, cell)
-    return f"{-MARGIN * cell:g} {-MARGIN * cell:g} {width:g} {height:g}"
+    return f"{-margin(cell):g} {-margin(cell):g} {width:g} {height:g}"
 
 
 def svg_document(stage: Stage, cell: float, content: str) -> str:
@@ -112,11 +122,6 @@ def shadow_svg(key: Key, cell: float = 64) -> str:
     )
 
 
-def life(cell: float) -> float:
-    """How much larger than life the cast is drawn where cells are small: 1 where they are not."""
-    return max(1.0, LEAST / cell)
-
-
 def _placed(x: float, y: float, key: Key, cell: float) -> str:
     size = life(cell) * cell / 100
     scale = f"scale({key.scale_x * size:.4f} {key.scale_y * size:.4f})"
@@ -155,7 +160,7 @@ def _rect(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> 
 def _frame(stage: Stage, cell: float) -> str:
     """The room's edge, seen from above, and what lies outside it."""
     width, height = scene_size(stage, cell)
-    m, w, h = MARGIN * cell, stage.width * cell, stage.height * cell
+    m, w, h = margin(cell), stage.width * cell, stage.height * cell
     # A pixel more on every side, to be cut off, or the picture's edge might be see-through.
     a, across, down = -m - 1, width + 2, height + 2
     outside = f"M{a:g} {a:g} h{across} v{down} h{-across} Z M0 0 v{h:g} h{w:g} v{-h:g} Z"
