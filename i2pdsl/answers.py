@@ -28,6 +28,7 @@ class Answer:
         unknown: the probability of hypotheses in which the latent plays no part: a number or [t].
         expression: what was asked.
         latent: the name of a bare latent.
+        steps: it is 1 or 0 in each frame, as a predicate is, and nothing in between.
     """
 
     t: list[int] | None
@@ -36,6 +37,7 @@ class Answer:
     unknown: np.ndarray | None
     expression: str = ""
     latent: str | None = None
+    steps: bool = False
 
     def as_json(self) -> Any:
         """The `value` of `i2p query --json`."""

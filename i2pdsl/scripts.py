@@ -161,7 +161,10 @@ class Script:
         value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
         times = None if query.times is None else list(query.times)
         if not isinstance(query.value, ty.Distribution):
-            return Answer(times, value, None, None)
+            steps = bool(((value == 0) | (value == 1)).all()) and any(
+                isinstance(node, ty.Feature) for node in ty.walk(query.value)
+            )
+            return Answer(times, value, None, None, steps=steps)
         partition = query.value.partition
         name = latent_of(partition, self.world.vocabulary)
         return Answer(times, value[..., :-1], partition.labels[:-1], value[..., -1], latent=name)

@@ -755,6 +755,45 @@ def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.Mo
     assert Path("out/walk/seed-0/script.json").is_file()
 
 
+def test_a_film_that_cannot_be_written(
+    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All else is, for each seed; it is said which film, which program, and what there is."""
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/no/ffmpeg")
+    done = i2p("run", "walk.story", "--format", "svg,gif,mp4", "--seeds", "0-1", "--json")
+    assert done.status == WRONG
+    first, second = json.loads(done.out)
+    assert list(first["files"]) == ["comic.svg", "mind.svg"] == list(second["files"])
+    assert all(Path(path).is_file() for path in first["files"].values())
+    error, written, *_ = done.err.splitlines()
+    assert error == (
+        "error: film.gif and film.mp4 were not written: ffmpeg failed: /no/ffmpeg (from "
+        "IMAGEIO_FFMPEG_EXE) cannot be started: No such file or directory; unset "
+        "IMAGEIO_FFMPEG_EXE, or let it name another one"
+    )
+    assert written == f"written all the same: {', '.join(first['files'].values())}"
+    done = i2p("render", first["script"], "--format", "mp4", "--out", "films")
+    assert done.status == WRONG
+    assert done.out == ""
+    assert done.err.startswith("error: film.mp4 was not written: ")
+    assert list(Path("films").iterdir()) == []
+
+
+def test_letters_that_no_font_has(place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("i2pdsl.render.fonts._found", lambda lacking: ((), lacking))
+    Path("猫.story").write_text(Path("walk.story").read_text(encoding="utf-8"), encoding="utf-8")
+    done = i2p("run", "猫.story", "--format", "png,svg,html")
+    assert done.status == DONE
+    assert done.err.splitlines() == [
+        "pictures:1:1: warning[font]: no font of this machine has 猫: "
+        "these are boxes in the pictures",
+        "  hint: install Noto Sans CJK (Debian, Ubuntu: fonts-noto-cjk); "
+        "web pages use the fonts of whoever looks at them",
+    ]
+    done = i2p("render", "out/猫/script.json", "--format", "html")
+    assert (done.status, done.err) == (DONE, "")
+
+
 def test_not_enough_memory_is_one_line(place: Path, i2p: Run) -> None:
     """A world that is too large is refused before any work."""
     text = kitchen_text(tuple("." * 300 for _ in range(300)))

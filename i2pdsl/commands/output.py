@@ -64,10 +64,14 @@ def finite(value: Any) -> Any:
     return [finite(item) for item in value] if isinstance(value, list) else value
 
 
-def output(text: str) -> None:
-    """A result for people; characters that the terminal does not have are spelt out."""
+def output(text: str, colour: bool | None = None) -> None:
+    """A result for people; characters that the terminal does not have are spelt out.
+
+    With `colour` the text says itself how it is coloured, else nothing in it steers the terminal.
+    """
+    text = harmless(text) if colour is None else text
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
-    click.echo(harmless(text).encode(encoding, "backslashreplace").decode(encoding))
+    click.echo(text.encode(encoding, "backslashreplace").decode(encoding), color=colour)
 
 
 def check_writable(folder: Path) -> None:

@@ -5,6 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
+from i2pdsl.commands.output import DONE, WRONG, in_words, show
+from i2pdsl.errors import Diagnostic, whole_file
+
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Script
 
@@ -15,17 +20,32 @@ def draw(
     formats: tuple[str, ...],
     files: dict[str, str],
     title: str | None = None,
-) -> None:
-    """Writes the pictures; their paths are put into `files` as they are finished."""
+) -> int:
+    """Writes the pictures; their paths are put into `files` as they are finished.
+
+    Returns the exit status: films that cannot be written, and why, are said.
+    """
     if not formats:
-        return
+        return DONE
     from i2pdsl.progress import Bars
+    from i2pdsl.render.fonts import noting
     from i2pdsl.render.pictures import pictures_of
+    from i2pdsl.render.video import FilmError
 
     pictures = pictures_of(scripts, title)
-    with Bars() as bars:
+    with Bars() as bars, noting(_warn):
         try:
             for name, path in pictures.drawn(folder, formats, bars.drawing):
                 files[name] = str(path)
-        except RuntimeError as problem:  # of ffmpeg: a full disk, most likely
+        except FilmError as problem:
+            click.echo(f"error: {in_words(problem)}", err=True)
+            if files:
+                click.echo(f"written all the same: {', '.join(files.values())}", err=True)
+            return WRONG
+        except RuntimeError as problem:
             raise OSError(str(problem)) from problem
+    return DONE
+
+
+def _warn(message: str, hint: str) -> None:
+    show([Diagnostic("font", message, whole_file("pictures"), hint, severity="warning")])

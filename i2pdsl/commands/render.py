@@ -46,7 +46,7 @@ def render(
     folder = Path(out) if out is not None else beside
     files: dict[str, str] = {}
     try:
-        draw(solved, folder, formats, files)
+        status = max(status, draw(solved, folder, formats, files))
     except KeyboardInterrupt:
         click.echo("interrupted: not all pictures are drawn", err=True)
         status = INTERRUPTED

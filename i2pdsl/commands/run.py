@@ -77,7 +77,7 @@ def run(
         for number in chosen:
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
-                result, finished = make(story, number, place, formats, candidates, naive)
+                result, ended = make(story, number, place, formats, candidates, naive)
             except StoryError as problem:
                 show(problem.diagnostics)
                 status = WRONG
@@ -93,8 +93,8 @@ def run(
             results.append(result)
             if not as_json:
                 report(result)
-            if not finished:
-                status = INTERRUPTED
+            status = max(status, ended)
+            if ended == INTERRUPTED:
                 break
             complete += 1
         if status == INTERRUPTED:
@@ -120,8 +120,8 @@ def make(
     formats: tuple[str, ...],
     candidates: int,
     naive: bool,
-) -> tuple[dict[str, Any], bool]:
-    """Solves one story and draws it; returns the document of `--json`, and whether all was done.
+) -> tuple[dict[str, Any], int]:
+    """Solves one story and draws it; returns the document of `--json`, and the exit status.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found.
     """
@@ -131,8 +131,8 @@ def make(
 
     with Bars() as bars:
         found = story.solve(seed, candidates, naive, bars.watch)
-    finished = found.finished
-    if not finished:
+    status = DONE if found.finished else INTERRUPTED
+    if not found.finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)
     chosen = found.candidates[:candidates]  # a descent found more
     if len(chosen) < candidates:
@@ -150,10 +150,10 @@ def make(
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
             place = Path(part["script"]).parent
             title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
-            draw([script], place, formats, part["files"], title)
+            status = max(status, draw([script], place, formats, part["files"], title))
     except KeyboardInterrupt:
         click.echo("interrupted: the script is kept, not all its pictures are drawn", err=True)
-        finished = False
+        status = INTERRUPTED
     seconds["render"] = time.perf_counter() - began
     document: dict[str, Any] = {
         "story": story.typed.name,
@@ -163,7 +163,7 @@ def make(
     }
     if candidates > 1:
         document["candidates"] = parts
-    return document, finished
+    return document, status
 
 
 def report(result: dict[str, Any]) -> None:

@@ -100,6 +100,7 @@ def curves_png(answer: Answer) -> tuple[bytes, int]:
             name if answer.labels is not None else "",
             np.concatenate([np.full(answer.t[0], np.nan), values]),  # some begin at frame 1
             PALETTE.get(name, hues[number % len(hues)]),
+            answer.steps,
         )
         for number, (name, values) in enumerate(columns.items())
     ]

@@ -182,7 +182,7 @@ class HistoryScope:
             reached: Any = 0 <= index <= total
         else:
             assert self.t is not None
-            table = self.xp.asarray(moment.frames)
+            table = self.xp.asarray(moment.frames, dtype=int)  # of no frames: empty
             index = table[self.xp.clip(self.t - moment.first, 0, len(moment.frames) - 1)]
             reached = (index >= 0) & (index <= total)
         safe = self.xp.clip(self.xp.asarray(index), 0, total)

@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.render.choreography import Film, Key, choreograph, sample
-from i2pdsl.render.lettering import caption_svg, heading_svg, text_svg, wrapped
+from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.raster import text_width
 from i2pdsl.render.scene import (
     MARGIN,
     actor_svg,
+    life,
+    margin,
     mark_svg,
     scene_size,
     shadow_svg,
@@ -113,6 +115,10 @@ def _cheapest_path(cost: np.ndarray, count: int) -> list[int]:
 # -------------------------------------------------------------------------------- the strip
 
 GUTTER, TEXT, TITLE = 18.0, 14.0, 24.0  # pixels
+LINES = 3  # of a caption, at most, and as many as long names are cut into
+SMALL = 12.0  # pixels for a cell below which a map is better drawn larger, if it can be
+WIDEST, TALLEST = 2600.0, 1400.0  # pixels of all panels in a row, and of one
+AREA = 8e6  # pixels of all panels together
 
 
 def comic_svg(
@@ -125,19 +131,17 @@ def comic_svg(
 ) -> str:
     """A comic strip of the given frames (0 is the start) as an SVG document, in pixels.
 
-    `captions` has a line for each of `frames`, written below its panel; two lines at most.
+    `captions` has a line for each of `frames`, written below its panel.
     """
     if captions is not None and len(captions) != len(frames):
         raise ValueError(f"{len(frames)} frames, but {len(captions)} captions")
     film = choreograph(stage, script)
-    columns = columns or columns_of(len(frames))
-    wish = min(max(27.0 * (stage.width + 2 * MARGIN), 250.0), 600.0)
-    cell = min(wish / (stage.width + 2 * MARGIN), 62.0)
+    columns, cell = _fitted(stage, len(frames), columns)
     panel_width, panel_height = scene_size(stage, cell)
     slot = max(panel_width, 180.0)
     tags = ["start" if t == 0 else str(t) for t in frames]
     room = slot - max((text_width(tag, TEXT, True) for tag in tags), default=0) - 30
-    texts = [wrapped(text, TEXT, room) for text in captions or [""] * len(frames)]
+    texts = [wrapped(text, TEXT, room, LINES) for text in captions or [""] * len(frames)]
     band = 14 + 1.3 * TEXT * max((len(lines) for lines in texts), default=1)
     top = GUTTER + (TITLE * 1.6 if title else 0.0)
 
@@ -148,8 +152,8 @@ def comic_svg(
         since = frames[i - 1] if i else t
         panels.append(
             f'<g transform="translate({x:g} {y:g})">'
-            f'<g transform="translate({(slot - panel_width) / 2 + MARGIN * cell:g} '
-            f'{MARGIN * cell:g})">'
+            f'<g transform="translate({(slot - panel_width) / 2 + margin(cell):g} '
+            f'{margin(cell):g})">'
             f'<use href="#room"/>{_panel(stage, film, since, t, cell)}</g>'
             f'<rect x="{(slot - panel_width) / 2:g}" width="{panel_width:g}" '
             f'height="{panel_height:g}" fill="none" stroke="{INK}" stroke-width="2"/>'
@@ -162,12 +166,31 @@ def comic_svg(
     heading = ""
     if title:
         heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
+    legend = _legend(width, bottom)
+    cast, room = _cast_legend(stage, width, bottom + TEXT)
+    height += room
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}" '
         f'viewBox="0 0 {width:g} {height:g}"><rect width="100%" height="100%" fill="#fff"/>'
         f'<defs>{stage_symbols(stage)}<g id="room">{stage_background(stage, cell)}</g></defs>'
-        f"{heading}{''.join(panels)}{_legend(width, bottom)}</svg>"
+        f"{heading}{''.join(panels)}{legend}{cast}</svg>"
     )
+
+
+def _fitted(stage: Stage, count: int, columns: int | None) -> tuple[int, float]:
+    """Panels in a row, and pixels for a cell: of large maps fewer panels stand side by side."""
+    across, down = stage.width + 2 * MARGIN, stage.height + 2 * MARGIN
+    usual = columns or columns_of(count)
+    wish = min(max(27.0 * across, 250.0), 600.0)
+    most = min((AREA / (count * across * down)) ** 0.5, TALLEST / down)
+    cell = min(wish / across, 62.0, most)
+    choices = [columns] if columns else range(usual, 0, -1)
+
+    def size(number: int) -> float:
+        return max(cell, min(SMALL, WIDEST / number / across, most))
+
+    best = max(choices, key=lambda number: (round(size(number), 1), number))
+    return best, size(best)
 
 
 def columns_of(count: int) -> int:
@@ -176,6 +199,8 @@ def columns_of(count: int) -> int:
 
 
 # ------------------------------------------------------------------------------ inside a panel
+
+_HERE = Key(0, 0, 0)
 
 SIZE = 1.12  # panels are small: the cast is drawn a little larger than life
 
@@ -267,7 +292,8 @@ def _arrow(
     (ax, ay), (bx, by) = points[-2], points[-1]
     dx, dy = (bx > ax) - (bx < ax), (by > ay) - (by < ay)
     tip = (bx - dx * short * cell, by - dy * short * cell)
-    head, thick = 0.24 * cell, 0.09 * cell
+    large = life(cell) * cell
+    head, thick = 0.24 * large, 0.09 * large
     base = (tip[0] - dx * head, tip[1] - dy * head)
     points[-1] = base
     way = "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in points)
@@ -277,7 +303,7 @@ def _arrow(
         f"L{base[0] + dy * side:.1f} {base[1] - dx * side:.1f} Z"
     )
     line = 'fill="none" stroke-linecap="round" stroke-linejoin="round"'
-    dash = "" if own else f' stroke-dasharray="{0.01 * cell:.1f} {0.16 * cell:.1f}"'
+    dash = "" if own else f' stroke-dasharray="{0.01 * cell:.1f} {1.8 * thick:.1f}"'
     fill = color if own else "#fff"
     return (
         f'<path d="{way}" {line} stroke="#fff" stroke-width="{1.9 * thick:.1f}" opacity="0.85"/>'
@@ -322,6 +348,24 @@ def _sign(beat: Beat, cell: float) -> str:
             ) + mark_svg("lines", Key(0, x, y - 0.5, 0.25, 0.6, 0.6), cell)
         case _:
             return ""
+
+
+def _cast_legend(stage: Stage, width: float, y: float) -> tuple[str, float]:
+    """Who is who, where the drawings do not say it, in rows below `y`; and how high that is."""
+    if len(stage.cast) < 2 or all(actor.name == actor.sprite for actor in stage.cast):
+        return "", 0.0
+    side, size, x, row = 2.0 * TEXT, 0.85 * TEXT, GUTTER, 0
+    parts = []
+    for actor in stage.cast:
+        name = fitted(actor.name, size, width - 2 * GUTTER - side - 6)
+        wide = side + 6 + text_width(name, size) + 24
+        if x > GUTTER and x + wide - 24 > width - GUTTER:
+            x, row = GUTTER, row + 1
+        top = y + row * 1.2 * side
+        parts.append(f'<g transform="translate({x:g} {top:g})">{actor_svg(actor, _HERE, side)}</g>')
+        parts.append(text_svg(x + side + 6, top + 0.65 * side, name, size))
+        x += wide
+    return "".join(parts), (row + 1) * 1.2 * side
 
 
 def _legend(width: float, y: float) -> str:

@@ -48,20 +48,32 @@ class PictureFiles:
     def drawn(
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
     ) -> Iterator[tuple[str, Path]]:
-        """As `save`, one file after the other, those that take longest last."""
+        """As `save`, one file after the other, those that take longest last.
+
+        Raises FilmError for films that cannot be written, when everything else is.
+        """
+        from i2pdsl.render.video import FilmError
+
         comic, page, film = self.names
         if "png" in formats or "svg" in formats:
             yield from self._still(folder, formats, comic)
         if "html" in formats:
             yield "html", self.save_page(folder / f"{page}.html")
+        failed: list[FilmError] = []
         for kind in ("gif", "mp4"):
             if kind in formats:
                 path = folder / f"{film}.{kind}"
                 report = None
                 if progress is not None:
                     report = lambda done, total, name=path.name: progress(name, done, total)
-                self.save_film(path, report)
-                yield kind, path
+                try:
+                    self.save_film(path, report)
+                except FilmError as problem:
+                    failed.append(problem)
+                else:
+                    yield kind, path
+        if failed:
+            raise FilmError([name for f in failed for name in f.films], failed[0].reason)
 
     def _still(
         self, folder: Path, formats: tuple[str, ...], name: str

@@ -14,6 +14,8 @@ from i2pdsl.render.raster import composite, svg_rgba
 from i2pdsl.render.scene import (
     MARGIN,
     cast_svg,
+    life,
+    margin,
     scene_size,
     stage_background,
     stage_symbols,
@@ -30,10 +32,14 @@ from i2pdsl.render.video import (
     write_mp4,
 )
 
+LONGEST_SIDE, LARGEST = 2500.0, 2.2e6  # pixels of a large map, along a side and in all
+SECONDS, LONGEST = 0.9, 180.0  # of a turn; of a film, whose turns are shorter where it has many
 
-def frame_times(film: Film, fps: float, seconds_per_turn: float = 0.9) -> np.ndarray:
+
+def frame_times(film: Film, fps: float, seconds_per_turn: float | None = None) -> np.ndarray:
     """The time in turns that each film frame shows, first and last moment held a while."""
-    return shown_times(film.duration, fps, seconds_per_turn)
+    usual = min(SECONDS, LONGEST / max(film.duration, 1.0))
+    return shown_times(film.duration, fps, seconds_per_turn or usual)
 
 
 def film_frames(
@@ -70,7 +76,9 @@ def film_frames(
 def default_cell(stage: Stage, width: int) -> int:
     """Pixels for a cell so that a picture is about `width` wide and not much higher than that."""
     across, down = stage.width + 2 * MARGIN, stage.height + 2 * MARGIN
-    return max(12, min(round(width / across), round(width / down), width // 8))
+    wanted = max(12, min(round(width / across), round(width / down), width // 8))
+    most = min(LONGEST_SIDE / max(across, down), (LARGEST / (across * down)) ** 0.5)
+    return max(1, min(wanted, int(most)))
 
 
 # -------------------------------------------------------------------------------- what is painted
@@ -97,7 +105,7 @@ class _Scene:
         x0, y0, x1, y1 = self._box(keys)
         if x0 >= x1 or y0 >= y1:
             return
-        origin = MARGIN * self.cell  # of the drawing, in the picture
+        origin = margin(self.cell)  # of the drawing, in the picture
         cast = cast_svg(self.stage, self.film, time, self.cell)
         drawn = svg_rgba(
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{x1 - x0}" height="{y1 - y0}" '
@@ -116,11 +124,14 @@ class _Scene:
 
     def _box(self, keys: Sequence[Key]) -> tuple[int, int, int, int]:
         """The rectangle (left, top, right, bottom; pixels) that drawings at the keys may touch."""
-        left = min(key.x for key in keys) - 0.5
-        top = min(key.y - key.lift for key in keys) - 0.6
-        right, bottom = max(key.x for key in keys) + 1.5, max(key.y for key in keys) + 1.5
+        reach = life(self.cell)
+        left = min(key.x for key in keys) + 0.5 - reach
+        top = min(key.y - key.lift for key in keys) + 0.5 - 1.1 * reach
+        right = max(key.x for key in keys) + 0.5 + reach
+        bottom = max(key.y for key in keys) + 0.5 + reach
         height, width = self.picture.shape[:2]
-        x0, y0, x1, y1 = ((edge + MARGIN) * self.cell for edge in (left, top, right, bottom))
+        edges = (left, top, right, bottom)
+        x0, y0, x1, y1 = (edge * self.cell + margin(self.cell) for edge in edges)
         return max(int(x0), 0), max(int(y0), 0), min(int(x1), width), min(int(y1), height)
 
 
@@ -133,7 +144,7 @@ def save_mp4(
     film: Film,
     *,
     fps: float = 24,
-    seconds_per_turn: float = 0.9,
+    seconds_per_turn: float | None = None,
     cell: int | None = None,
     title: str = "",
     meters: Sequence[Meter] = (),
@@ -155,7 +166,7 @@ def save_gif(
     film: Film,
     *,
     fps: float = 25,
-    seconds_per_turn: float = 0.9,
+    seconds_per_turn: float | None = None,
     cell: int | None = None,
     title: str = "",
     meters: Sequence[Meter] = (),

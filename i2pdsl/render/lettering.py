@@ -1,12 +1,15 @@
 """Lettering in SVG: lines of text, captions that fit, numbered tags."""
 
-from collections.abc import Sequence
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from xml.sax.saxutils import escape
 
-from i2pdsl.render.raster import FONT_FAMILY, text_width
+from i2pdsl.render.fonts import FAMILY
+from i2pdsl.render.raster import text_width
 from i2pdsl.render.sprites import INK
 
-FONTS = f"font-family=\"'{FONT_FAMILY}', Verdana, sans-serif\""
+FONTS = f"font-family=\"'{FAMILY}', Verdana, sans-serif\""
 TAG = "#ffe9b0"
 
 
@@ -40,18 +43,51 @@ def fitted(text: str, size: float, room: float, bold: bool = False) -> str:
     return text
 
 
-def wrapped(text: str, size: float, room: float) -> list[str]:
-    """A caption broken into at most two lines that fit; what does not fit ends in an ellipsis."""
-    lines, words = [""], text.split()
-    for word in words:
+_UNIT = re.compile(
+    r"(?<=[<>=≤≥≈])[ ]|[ ](?=[<>=≤≥≈][ ])|(?<=[\d.])[ ](?=(?:%|s|kg|units?)(?!\w))"
+    r"|(?<=\bframe)[ ](?=\d)|(?<=\bframes)[ ](?=\d)|(?<=\bturn)[ ](?=\d)|(?<=\bseed)[ ](?=\d)"
+)
+
+
+def units(text: str, fits: Callable[[str], bool]) -> list[str]:
+    """The pieces between which a line may end: `> 99 %`, `t = 3` and `frame 12` are one each,
+    unless such a piece is too long for a line by itself."""
+    found = []
+    for word in _UNIT.sub("\0", " ".join(text.split())).split(" "):
+        whole = word.replace("\0", " ")
+        found += [whole] if fits(whole) else word.split("\0")
+    return found
+
+
+def wrapped(text: str, size: float, room: float, most: int = 2) -> list[str]:
+    """A caption broken into at most so many lines that fit; the rest becomes an ellipsis.
+
+    The pieces of a name that is too long for a line do not count.
+    """
+    lines = [""]
+    for word in units(text, lambda word: text_width(word, size) <= room):
         longer = f"{lines[-1]} {word}".strip()
-        if text_width(longer, size) <= room or not lines[-1]:
+        if text_width(longer, size) <= room:
             lines[-1] = longer
         else:
-            lines.append(word)
-    if len(lines) > 2:
-        lines = [lines[0], f"{lines[1]} …"]
+            pieces = _cut(word, size, room)
+            most += len(pieces) if len(pieces) > 1 else 0
+            lines = [*lines, *pieces] if lines[-1] else pieces
+    if len(lines) > most:
+        lines = [*lines[: most - 1], f"{lines[most - 1]} …"]
     return [fitted(line, size, room) for line in lines]
+
+
+def _cut(word: str, size: float, room: float) -> list[str]:
+    """A word in pieces that fit; a long name is cut behind an underscore where there is one."""
+    pieces = []
+    while text_width(word, size) > room and len(word) > 1:
+        fits = range(1, len(word))
+        end = max(1, bisect_left(fits, True, key=lambda n: text_width(word[:n], size) > room))
+        end = word.rfind("_", end // 2, end) + 1 or end
+        pieces.append(word[:end])
+        word = word[end:]
+    return [*pieces, word]
 
 
 def heading_svg(x: float, y: float, text: str, size: float, room: float) -> str:

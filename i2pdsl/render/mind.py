@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-import warnings
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,6 +23,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from i2pdsl.render.fonts import families, lacked, quiet_glyphs
+from i2pdsl.render.lettering import units
+from i2pdsl.render.raster import text_width
 from i2pdsl.resources import atomic_path
 
 if TYPE_CHECKING:
@@ -56,15 +58,21 @@ PLOT_WIDTH, PLOT_HEIGHT = 1.7, 1.45
 ABOVE, BELOW, EDGE = 0.36, 0.46, 0.14
 LABEL_GAP, LABEL_WIDTH = 0.09, 1.4
 TITLE_SIZE, PANEL_SIZE, TEXT_SIZE = 12.0, 9.5, 8.0  # points
+NAME_GAP = TEXT_SIZE * 1.25 / 72  # from one curve's name to the next
+NAMES_SHARE = 0.94  # of a plot's height, beside which names stand
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb."""
+    """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb.
+
+    `steps`: it is 1 or 0 in each frame, and nothing in between.
+    """
 
     label: str
     values: NDArray[np.float64]
     color: str
+    steps: bool = False
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float64)
@@ -210,7 +218,9 @@ def mind_figure(
     cells = [left[column] + PLOT_WIDTH + max(rights[column::columns]) for column in range(columns)]
     width = sum(cells)
     titles = [_wrap(panel.title, PANEL_SIZE, PLOT_WIDTH + min(rights)) for panel in panels]
-    cell_height = ABOVE + 0.16 * (max(map(len, titles)) - 1) + PLOT_HEIGHT + BELOW
+    names = max(len(panel.series) for panel in panels)
+    plot_height = max(PLOT_HEIGHT, names * NAME_GAP / NAMES_SHARE)  # or names lie on each other
+    cell_height = ABOVE + 0.16 * (max(map(len, titles)) - 1) + plot_height + BELOW
     heading = _wrap(title, TITLE_SIZE, width - 2 * EDGE)
     notes = [f"┊ frame {m.frame:g}: {m.label}" for m in marks if m.label]
     notes += [f"▒ frames {w.first} to {w.last}: {w.label}" for w in windows if w.label]
@@ -226,13 +236,14 @@ def mind_figure(
         row, column = divmod(index, columns)
         x = sum(cells[:column]) + left[column]
         y = height - top - (row + 1) * cell_height + BELOW
-        box = (x / width, y / height, PLOT_WIDTH / width, PLOT_HEIGHT / height)
+        box = (x / width, y / height, PLOT_WIDTH / width, plot_height / height)
         axes = figure.add_axes(box)
         axes.set_title(
             "\n".join(titles[index]), loc="left", pad=7, size=PANEL_SIZE, weight="bold",
             color=INK, parse_math=False, linespacing=1.2,
         )  # fmt: skip
         _draw_panel(axes, panel, frame, marks, windows, _says_ylabel(panels, index, columns))
+        _label_series(axes, panel, NAME_GAP / plot_height)
     for line, text in enumerate(footing):
         place = (EDGE / width, (0.06 + 0.16 * (len(footing) - 1 - line)) / height)
         figure.text(*place, text, va="bottom", size=TEXT_SIZE, color=FAINT, parse_math=False)
@@ -257,11 +268,14 @@ def save_mind(
     if kind not in ("png", "svg"):
         raise ValueError(f"{path.name}: belief plots are written as .png or .svg")
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-    fixed = rc_context(
-        {"svg.hashsalt": "i2p", "svg.fonttype": "path", "font.family": "DejaVu Sans"}
+    text = title + "".join(
+        f"{p.title}{p.ylabel}{''.join(s.label for s in p.series)}" for p in panels
     )
-    with fixed, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a title may hold any text
+    text += "".join((*(m.label for m in marks), *(w.label for w in windows)))
+    fixed = rc_context(
+        {"svg.hashsalt": "i2p", "svg.fonttype": "path", "font.family": families(text)}
+    )
+    with fixed, quiet_glyphs():
         figure = mind_figure(panels, title, frame, marks, columns, windows)
         with atomic_path(path) as temporary:
             figure.savefig(temporary, format=kind, dpi=dpi, metadata=metadata)
@@ -281,7 +295,7 @@ def _left_room(panels: Sequence[Panel], index: int, columns: int) -> float:
 
 def _right_room(panel: Panel) -> float:
     """Inches for the names beside the curves."""
-    names = (_fit(series.label, TEXT_SIZE, LABEL_WIDTH) for series in panel.series)
+    names = (_fit_name(series.label) for series in panel.series)
     return LABEL_GAP + max(_width(name, TEXT_SIZE) for name in names) + EDGE
 
 
@@ -317,7 +331,6 @@ def _draw_panel(
         axes.axvline(frame, color=INK, linewidth=1.0, zorder=1.8)
     for index, series in enumerate(panel.series):
         _draw_series(axes, panel, series, index, frame)
-    _label_series(axes, panel)
 
 
 def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: float | None) -> None:
@@ -335,6 +348,7 @@ def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: fl
         "markeredgecolor": "white",
         "markeredgewidth": 0.6,
         "zorder": 3,
+        "drawstyle": "steps-mid" if series.steps else "default",
     }
     if frame is None:
         axes.plot(frames, values, markevery=every, **style)
@@ -350,17 +364,17 @@ def _draw_series(axes: Axes, panel: Panel, series: Series, index: int, frame: fl
     axes.plot(frame, here, **{**style, "markersize": 5.5, "marker": "o", "zorder": 4})
 
 
-def _label_series(axes: Axes, panel: Panel) -> None:
-    """Names beside the curves' right ends, moved apart where the ends lie too close."""
+def _label_series(axes: Axes, panel: Panel, gap: float) -> None:
+    """Names beside the curves' right ends, at least `gap` of the axis apart."""
     bottom, top = axes.get_ylim()
     ends = []
     for series in panel.series:
         values = panel_values(panel, series)
         known = values[np.isfinite(values)]
         ends.append((float(known[-1]) - bottom) / (top - bottom) if len(known) else 0.5)
-    places = spread(ends, TEXT_SIZE * 1.25 / 72 / PLOT_HEIGHT, 0.03, 0.97)
+    places = spread(ends, gap, (1 - NAMES_SHARE) / 2, (1 + NAMES_SHARE) / 2)
     for series, end, place in zip(panel.series, ends, places, strict=True):
-        name = _fit(series.label, TEXT_SIZE, LABEL_WIDTH)
+        name = _fit_name(series.label)
         if abs(place - end) > 0.02:  # a leader from the curve's end to its name
             x = np.array([0.985, 1.0 + 0.7 * LABEL_GAP / PLOT_WIDTH])
             axes.plot(
@@ -383,6 +397,8 @@ def _width(text: str, size: float) -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
+    if lacked(text):
+        return text_width(text, size, size == PANEL_SIZE) / 72
     font = FontProperties(size=size, weight="bold" if size == PANEL_SIZE else "normal")
     return float(text_to_path.get_text_width_height_descent(text, font, False)[0]) / 72
 
@@ -390,7 +406,7 @@ def _width(text: str, size: float) -> float:
 def _wrap(text: str, size: float, width: float) -> list[str]:
     """Lines no wider than `width` inches, at most three; what is left over ends in '…'."""
     lines, room = [""], 0.0
-    for word in _clean(text).split():
+    for word in units(_clean(text), lambda word: _width(word, size) <= width):
         needed = _width(f" {word}", size)
         if needed > room and lines[-1]:
             if len(lines) == 3:
@@ -410,6 +426,15 @@ def _fit(text: str, size: float, width: float) -> str:
         return text
     kept = bisect_left(range(len(text)), True, key=lambda n: _width(text[:n] + "…", size) > width)
     return text[: max(kept - 1, 0)] + "…"
+
+
+def _fit_name(name: str) -> str:
+    """A curve's name; of a long one its middle is left out, since names often begin alike."""
+    name = _clean(name)
+    if _width(name, TEXT_SIZE) <= LABEL_WIDTH:
+        return name
+    head, tail = _fit(name, TEXT_SIZE, 0.6 * LABEL_WIDTH), name[::-1]
+    return head + _fit(tail, TEXT_SIZE, 0.42 * LABEL_WIDTH)[-2::-1]
 
 
 def _clean(text: str) -> str:

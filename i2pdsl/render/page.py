@@ -12,6 +12,7 @@ from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.render.scene import (
     FOOT,
     actor_svg,
+    life,
     scene_size,
     shadow_svg,
     stage_background,
@@ -23,6 +24,7 @@ from i2pdsl.render.stage import Stage, describe
 from i2pdsl.resources import write_text
 
 CELL = 100.0  # units of the stage's viewBox to a cell
+SHOWN = 900.0, 600.0  # pixels of a usual screen that a stage has, about
 SECONDS = 1.1  # a turn lasts at speed 1
 
 
@@ -132,16 +134,19 @@ def _poses(film: Film) -> dict[str, tuple[str, ...]]:
 
 def _cast(stage: Stage, film: Film) -> Iterable[str]:
     """The cast at time 0; the player moves it. First all shadows: they lie under everybody."""
+    large = _life(stage)
     ground = Key(0, -0.5, 0.015 - FOOT)  # a shadow about (0, 0), for the player to move
     for index, actor in enumerate(stage.cast):
         key = film.tracks[actor.name][0]
         x, y = (key.x + 0.5) * CELL, (key.y + FOOT - 0.015) * CELL
         yield (
             f'<g data-index="{index}" data-part="shadow" opacity="{key.opacity:g}" '
-            f'transform="translate({x:g} {y:g})">{shadow_svg(ground, CELL)}</g>'
+            f'transform="translate({x:g} {y:g}) scale({large:g})">{shadow_svg(ground, CELL)}</g>'
         )
     for index, actor in enumerate(stage.cast):
-        drawn = actor_svg(actor, film.tracks[actor.name][0], CELL)
+        key = film.tracks[actor.name][0]
+        key = key._replace(scale_x=large * key.scale_x, scale_y=large * key.scale_y)
+        drawn = actor_svg(actor, key, CELL)
         more = f'data-index="{index}" data-part="actor" data-actor="{plain(actor.name)}"'
         yield drawn.replace("<use ", f"<use {more} ", 1)
 
@@ -154,7 +159,14 @@ def _film_data(stage: Stage, film: Film) -> dict[str, Any]:
         keys = _keys(film.tracks[actor.name])
         actors.append({"name": actor.name, "symbols": symbols, "keys": keys})
     marks = [{"symbol": f"mark--{mark.kind}", "keys": _keys(mark.track)} for mark in film.marks]
-    return {"cell": CELL, "foot": 100 * FOOT, "actors": actors, "marks": marks}
+    shared = {"cell": CELL, "foot": 100 * FOOT, "life": _life(stage)}
+    return {**shared, "actors": actors, "marks": marks}
+
+
+def _life(stage: Stage) -> float:
+    """How much larger than life the cast is drawn, whose cells a screen shows small."""
+    width, height = scene_size(stage, CELL)
+    return round(life(CELL * min(SHOWN[0] / width, SHOWN[1] / height)), 3)
 
 
 def _keys(track: Track) -> list[list[Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,11 @@ if TYPE_CHECKING:
     from i2pdsl.render.hill.pictures import HillPictures
 
 # For values and characters that the palette does not name; dashes and labels tell them apart too.
+_CAST_COLORS = ("#d98b4a", "#7fae6b", "#b48ad1", "#d9718e", "#c9b04f", "#5fb3b0")
 _MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
+
+CURVES_MAX = 24  # in a panel
+OTHERS = " others"
 
 
 def stage_of(spec: GridSpec) -> Stage:
@@ -30,7 +35,17 @@ def stage_of(spec: GridSpec) -> Stage:
     tiles = tuple(Tile(t.name, cell, t.color) for t in spec.tiles for cell in t.cells)
     cast = [Actor(c.name, c.sprite, c.color, "character") for c in spec.characters]
     cast += [Actor(t.name, t.sprite, t.color, "object") for t in spec.things]
-    return Stage(spec.name, spec.rows, tiles, tuple(cast), spec.floor, spec.wall)
+    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), spec.floor, spec.wall)
+
+
+def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
+    """The cast in colours that tell those of one drawing apart, where the world leaves it open."""
+    found: list[Actor] = []
+    for actor in cast:
+        taken = {(other.sprite, other.color) for other in found}
+        free = [c for c in (actor.color, *_CAST_COLORS) if (actor.sprite, c) not in taken]
+        found.append(replace(actor, color=free[0] if free else actor.color))
+    return tuple(found)
 
 
 def pictures_of(scripts: Sequence[Script], title: str | None = None) -> Pictures | HillPictures:
@@ -79,7 +94,7 @@ class Pictures(PictureFiles):
             if len(c.goals) > 1:
                 goal = goal_of(c.name)
                 beliefs = ask(f"P({goal} | script[:t])")
-                series = _series(zip(c.goals, beliefs.T, strict=True))
+                series = _series(_most(c.goals, beliefs.T))
                 found.append(Panel(f"{c.name}'s goal", "probability", series))
         if spec.social:
             kinds = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
@@ -138,9 +153,15 @@ class Pictures(PictureFiles):
         return np.stack(curves, axis=1)
 
     def meters(self) -> list[tuple[str, str, Any]]:
-        """The curves below the film: the alignment's if there is one, else the first goal's."""
+        """The curves below the film: the alignment's if there is one, else the first goal's.
+
+        Of a goal it is said whose it is, where there are several.
+        """
         chosen = [p for p in self.panels if "alignment" in p.title] or list(self.panels[:1])
-        return [(s.label, s.color, s.values) for s in chosen[0].series]
+        goals = [p for p in self.panels if p.title.endswith("'s goal")]
+        is_plain = "alignment" in chosen[0].title or goals == chosen[:1]
+        whose = "" if is_plain else f"{chosen[0].title}: "
+        return [(whose + s.label, s.color, s.values) for s in chosen[0].series]
 
     # Files.
 
@@ -177,6 +198,21 @@ class Pictures(PictureFiles):
         save(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
 
 
+def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Curves by name; of very many those that are believed most, and the others taken together.
+
+    Args:
+        values: [names, T + 1].
+    """
+    curves = list(zip(names, values, strict=True))
+    if len(curves) <= CURVES_MAX:
+        return curves
+    order = np.argsort(-values.max(axis=1), kind="stable")
+    kept, rest = sorted(order[: CURVES_MAX - 1]), order[CURVES_MAX - 1 :]
+    others = f"{len(rest)}{OTHERS}"
+    return [*(curves[i] for i in kept), (others, values[rest].sum(axis=0))]
+
+
 def _series(curves: Any) -> tuple[Series, ...]:
     found = []
     for number, (label, values) in enumerate(curves):
@@ -187,7 +223,8 @@ def _series(curves: Any) -> tuple[Series, ...]:
 
 def _belief(panel: Panel, t: int) -> str:
     """What viewers believe of one thing after frame t, or that they cannot tell."""
-    first, *others = sorted(panel.series, key=lambda s: -s.values[t])
+    named = [s for s in panel.series if not s.label.endswith(OTHERS)]
+    first, *others = sorted(named, key=lambda s: -s.values[t])
     who, _, what = panel.title.partition("'s ")
     if others and first.values[t] - others[0].values[t] < UNSURE:
         return f"{who}: hard to tell"

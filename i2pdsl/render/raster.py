@@ -1,28 +1,21 @@
-"""SVG text to pixels, the same on every machine: only matplotlib's bundled DejaVu Sans is used."""
+"""SVG text to pixels, the same on every machine as long as DejaVu Sans has all characters."""
 
 import io
 import os
+import re
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
+from xml.sax.saxutils import unescape
 
 import numpy as np
 import resvg_py
 from PIL import Image, ImageFont
 
+from i2pdsl.render.fonts import FAMILY, font_files, further_fonts, lacked
 from i2pdsl.resources import atomic_path
 
-FONT_FAMILY = "DejaVu Sans"
-
-
-@cache
-def font_files() -> tuple[str, str]:
-    """Paths of DejaVu Sans, regular and bold, found without importing matplotlib."""
-    spec = find_spec("matplotlib")
-    if spec is None or not spec.submodule_search_locations:
-        raise FileNotFoundError("matplotlib, whose DejaVu Sans the pictures use, is not installed")
-    folder = Path(spec.submodule_search_locations[0], "mpl-data", "fonts", "ttf")
-    return str(folder / "DejaVuSans.ttf"), str(folder / "DejaVuSans-Bold.ttf")
+_TEXT = re.compile(r"<text[^>]*>([^<]*)")
+_WIDE = 1.0  # of a character that no font of ours has, in the font's size: a box, or a Han sign
 
 
 @cache
@@ -32,19 +25,24 @@ def _font(bold: bool) -> ImageFont.FreeTypeFont:
 
 def text_width(text: str, size: float, bold: bool = False) -> float:
     """Width of a line of text at a font size, in the size's unit."""
-    return _font(bold).getlength(text) * size / 100
+    lacking = lacked(text)
+    known = "".join(c for c in text if c not in lacking) if lacking else text
+    return _font(bold).getlength(known) * size / 100 + _WIDE * size * (len(text) - len(known))
 
 
 def svg_png(svg: str, zoom: float = 1.0) -> bytes:
     """An SVG document as PNG bytes; `zoom` is pixels for each of its units."""
-    fonts = list(font_files()) if "<text" in svg else []  # reading them takes longer than a sprite
+    fonts: list[str] = []  # reading them takes longer than a sprite
+    if "<text" in svg:
+        words = unescape("".join(_TEXT.findall(svg)))
+        fonts = [*font_files(), *further_fonts(words)]
     return resvg_py.svg_to_bytes(
         svg_string=svg,
         zoom=zoom,
         skip_system_fonts=True,
         font_files=fonts,
-        font_family=FONT_FAMILY,
-        sans_serif_family=FONT_FAMILY,
+        font_family=FAMILY,
+        sans_serif_family=FAMILY,
     )
 
 

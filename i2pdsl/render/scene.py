@@ -23,20 +23,31 @@ from i2pdsl.render.sprites import (
 from i2pdsl.render.stage import DIRECTIONS, Actor, Cell, Stage, Tile
 
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
+LEAST = 16.0  # pixels: nobody is drawn smaller, however small the cells of a large map
 FOOT = 0.94  # where in its cell an actor stands, from the cell's top
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
 
+def life(cell: float) -> float:
+    """How much larger than life the cast is drawn where cells are small: 1 where they are not."""
+    return max(1.0, LEAST / cell)
+
+
+def margin(cell: float) -> float:
+    """Pixels of frame around the map: as much as the cast needs that stands at its edge."""
+    return MARGIN * life(cell) * cell
+
+
 def scene_size(stage: Stage, cell: float = 64) -> tuple[int, int]:
     """Width and height of a scene in whole pixels, frame included."""
-    width, height = (stage.width + 2 * MARGIN) * cell, (stage.height + 2 * MARGIN) * cell
+    width, height = (side * cell + 2 * margin(cell) for side in (stage.width, stage.height))
     return ceil(width - 1e-6), ceil(height - 1e-6)
 
 
 def view_box(stage: Stage, cell: float = 64) -> str:
     """The `viewBox` of a scene: the map starts at (0, 0), the frame lies outside it."""
     width, height = scene_size(stage, cell)
-    return f"{-MARGIN * cell:g} {-MARGIN * cell:g} {width:g} {height:g}"
+    return f"{-margin(cell):g} {-margin(cell):g} {width:g} {height:g}"
 
 
 def svg_document(stage: Stage, cell: float, content: str) -> str:
@@ -101,7 +112,7 @@ def mark_svg(kind: str, key: Key, cell: float = 64) -> str:
 
 def shadow_svg(key: Key, cell: float = 64) -> str:
     """The shadow on the floor: the higher the actor, the smaller and fainter."""
-    size = key.scale_x / (1 + 0.22 * key.lift)
+    size = life(cell) * key.scale_x / (1 + 0.22 * key.lift)
     dark = 0.30 * key.opacity / (1 + 0.30 * key.lift)
     x, y = (key.x + 0.5) * cell, (key.y + FOOT - 0.015) * cell
     return "".join(
@@ -112,7 +123,8 @@ def shadow_svg(key: Key, cell: float = 64) -> str:
 
 
 def _placed(x: float, y: float, key: Key, cell: float) -> str:
-    scale = f"scale({key.scale_x * cell / 100:.4f} {key.scale_y * cell / 100:.4f})"
+    size = life(cell) * cell / 100
+    scale = f"scale({key.scale_x * size:.4f} {key.scale_y * size:.4f})"
     turn = f" rotate({key.angle * 360:.2f})" if key.angle else ""
     return f"translate({x:.2f} {y:.2f}){turn} {scale}"
 
@@ -148,7 +160,7 @@ def _rect(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> 
 def _frame(stage: Stage, cell: float) -> str:
     """The room's edge, seen from above, and what lies outside it."""
     width, height = scene_size(stage, cell)
-    m, w, h = MARGIN * cell, stage.width * cell, stage.height * cell
+    m, w, h = margin(cell), stage.width * cell, stage.height * cell
     # A pixel more on every side, to be cut off, or the picture's edge might be see-through.
     a, across, down = -m - 1, width + 2, height + 2
     outside = f"M{a:g} {a:g} h{across} v{down} h{-across} Z M0 0 v{h:g} h{w:g} v{-h:g} Z"
@@ -233,10 +245,17 @@ def _pattern(i: int, x: float, y: float, color: str, cell: float) -> str:
 def _label(stage: Stage, tile: Tile, cell: float) -> str:
     """The tile's name on a tag over its lower edge, where nobody's face hides it."""
     column, row = tile.cell
-    beside = any(t.cell[1] == row and abs(t.cell[0] - column) == 1 for t in stage.tiles)
-    room = 0.80 * cell if beside else max(1.66 * cell, 70.0)
-    # Large names shrink, down to what can be read; what is longer still is cut.
     text, size = tile.name, max(0.17 * cell, 8.5)
+    # Up to the middle between it and the next tag of about the same height.
+    others = (
+        abs(t.cell[0] - column)
+        for t in stage.tiles
+        if abs(t.cell[1] - row) * cell < 1.5 * size and t.cell != tile.cell
+    )
+    room = min((max(1.66 * cell, 70.0), *((apart - 0.20) * cell for apart in others)))
+    if room < size:
+        return ""
+    # Large names shrink, down to what can be read; what is longer still is cut.
     size = max(min(size, size * room / max(text_width(text, size, bold=True), 1e-6)), 7.0)
     while len(text) > 2 and text_width(text, size, bold=True) > room + 0.1:
         text = text[:-2].rstrip() + "…"

@@ -3,14 +3,19 @@
 Whoever draws hands over an iterator of pictures, uint8 [height, width, 3], both sizes even.
 """
 
+from __future__ import annotations
+
 import os
+import signal
 import subprocess
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
@@ -20,6 +25,8 @@ Progress = Callable[[int, int], None]  # frames done, frames in all
 PathLike = str | os.PathLike[str]
 
 OPENING, CLOSING = 0.7, 1.5  # seconds that the first and the last moment are held
+PATIENCE = 120.0  # seconds in which ffmpeg takes in a picture, or ends after the last one
+_VARIABLE = "IMAGEIO_FFMPEG_EXE"
 PALETTE_SAMPLES = 12  # moments from which a GIF's colours are taken
 
 
@@ -43,7 +50,7 @@ def write_mp4(
     encode = ["-c:v", "libx264", "-preset", "veryfast", "-tune", "animation", "-crf", "20"]
     encode += ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
     with atomic_path(Path(path)) as temporary:
-        _encode(temporary, frames, total, fps, [], encode, progress, path)
+        _encode(Path(path).name, temporary, frames, total, fps, [], encode, progress)
 
 
 def write_gif(
@@ -64,7 +71,7 @@ def write_gif(
         palette.save(colors)
         use = ["-i", str(colors)]
         encode = ["-lavfi", "paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
-        _encode(temporary, frames, total, fps, use, encode, progress, path)
+        _encode(Path(path).name, temporary, frames, total, fps, use, encode, progress)
 
 
 def _palette(frames: Iterator[np.ndarray]) -> Image.Image:
@@ -89,6 +96,7 @@ def _palette(frames: Iterator[np.ndarray]) -> Image.Image:
 
 
 def _encode(
+    film: str,
     path: Path,
     frames: Iterator[np.ndarray],
     total: int,
@@ -96,34 +104,130 @@ def _encode(
     inputs: Sequence[str],
     options: Sequence[str],
     progress: Progress | None,
-    name: PathLike,
 ) -> None:
-    """Feeds the frames to ffmpeg; raises RuntimeError with its words if it fails, and the `name`
-    that the file should have got."""
+    """Feeds the frames to ffmpeg; raises FilmError with its words if it fails.
+
+    Args:
+        film: the name of the file that `path` will be.
+    """
+    program = _ffmpeg(film)
     first = next(frames)
     height, width = first.shape[:2]
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}"]
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", *raw, "-i", "-", *inputs]
-    command += [*options, str(path)]
+    command = [program, "-y", "-v", "error", *raw, "-i", "-", *inputs, *options, f"file:{path}"]
     with tempfile.TemporaryFile() as words:
-        with subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=words,
-            start_new_session=True,  # Ctrl-C is for us: we end it and clear up
-        ) as process:
+        try:
+            process = subprocess.Popen(
+                command,
+                bufsize=0,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=words,
+                start_new_session=True,  # Ctrl-C is for us: we end it and clear up
+            )
+        except OSError as problem:
+            what = f"cannot be started: {problem.strerror or problem}"
+            raise FilmError([film], _blame(program, what)) from None
+        with process, _Patience(process) as patience:
             try:
-                _feed(process.stdin, first, frames, total, progress)
+                _feed(process.stdin, first, frames, total, progress, patience)
+                process.wait()
             except BrokenPipeError:
                 pass  # ffmpeg gave up; it says why
             except BaseException:
-                process.kill()
+                _end(process)
                 raise
-        if process.returncode != 0:
-            words.seek(0)
-            said = words.read().decode(errors="replace").strip()
-            raise RuntimeError(f"ffmpeg failed: {said}: {os.fspath(name)}")
+        if process.returncode == 0:
+            return
+        words.seek(0)
+        said = words.read().decode(errors="replace").split("\n")
+        last = next((" ".join(line.split()) for line in reversed(said) if line.strip()), "")
+    how = f"did nothing for {PATIENCE:g} s" if patience.is_over else _ended(process.returncode)
+    how = f"{how}: {last}" if last else f"{how}, and said nothing"
+    raise FilmError([film], _blame(program, how))
+
+
+class FilmError(OSError, RuntimeError):
+    """Films that ffmpeg could not write; the message is for people, on one line.
+
+    Attributes:
+        films: their files' names.
+        reason: what is the matter with ffmpeg.
+    """
+
+    def __init__(self, films: Sequence[str], reason: str):
+        self.films, self.reason = tuple(films), reason
+        not_written = f"{' and '.join(films)} {'was' if len(films) == 1 else 'were'} not written"
+        super().__init__(f"{not_written}: ffmpeg failed: {reason}")
+
+
+def _blame(program: str, what: str) -> str:
+    """What is the matter with an ffmpeg, and how to take another one."""
+    chosen = os.environ.get(_VARIABLE)
+    if not chosen:
+        return f"{program} {what}; {_VARIABLE} can name another one"
+    return f"{program} (from {_VARIABLE}) {what}; unset {_VARIABLE}, or let it name another one"
+
+
+def _ffmpeg(film: str) -> str:
+    """The program: the one that the environment names, else that of imageio-ffmpeg."""
+    import imageio_ffmpeg
+
+    try:
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except RuntimeError:
+        reason = f"there is none; install one, or let {_VARIABLE} name it"
+        raise FilmError([film], reason) from None
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Ends ffmpeg, and what it may have started itself, being a script."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+
+
+def _ended(status: int) -> str:
+    if status > 0:
+        return f"ended with status {status}"
+    try:
+        return f"was ended by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"was ended by signal {-status}"
+
+
+class _Patience:
+    """Ends a process that takes nothing in for too long, so that nobody waits forever.
+
+    Attributes:
+        is_over: whether that happened.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes]):
+        self.process, self.is_over = process, False
+        self.heard = time.monotonic()
+        self.done = threading.Event()
+        self.thread = threading.Thread(target=self._wait, daemon=True)
+
+    def __enter__(self) -> _Patience:
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.wait()  # this, too, has its end
+        self.done.set()
+
+    def hear(self) -> None:
+        """It took something in."""
+        self.heard = time.monotonic()
+
+    def _wait(self) -> None:
+        while not self.done.wait(min(1.0, PATIENCE / 4)):
+            if time.monotonic() - self.heard > PATIENCE:
+                self.is_over = True
+                _end(self.process)
+                return
 
 
 def _feed(
@@ -132,11 +236,17 @@ def _feed(
     frames: Iterator[np.ndarray],
     total: int,
     progress: Progress | None,
+    patience: _Patience,
 ) -> None:
-    with pipe:
-        pipe.write(first.tobytes())
-        for done in range(1, total + 1):
-            if progress is not None:
-                progress(done, total)
-            if done < total:
-                pipe.write(next(frames).tobytes())
+    picture = first
+    for done in range(1, total + 1):
+        rest = memoryview(picture.tobytes())
+        while rest:
+            patience.hear()
+            rest = rest[pipe.write(rest) :]
+        if progress is not None:
+            progress(done, total)
+        if done < total:
+            picture = next(frames)
+    patience.hear()
+    pipe.close()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,17 +14,20 @@ from i2pdsl.answers import Answer
 
 COLOURS = (34, 31, 32, 35, 36, 33)  # of ANSI terminals, in the order of the curves
 LETTERS = "*o+x#%"
+NOTHING = "nothing to draw: no value is finite"
+_GREATEST = sys.float_info.max
 # The bits of the eight dots of a braille character, by row and column.
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Numbers over frames, and what they are called."""
+    """Numbers over frames, and what they are called; `steps` if there is nothing in between."""
 
     name: str
     t: np.ndarray
     value: np.ndarray
+    steps: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,8 @@ def curves_of(answer: Answer, frames: Sequence[int]) -> list[Curve]:
     found = []
     for label, value in answer.columns().items():
         name = label if answer.labels is None else f"{answer.latent or answer.expression} = {label}"
-        found.append(Curve(name, t, np.broadcast_to(np.asarray(value, float), t.shape)))
+        values = np.broadcast_to(np.asarray(value, float), t.shape)
+        found.append(Curve(name, t, values, answer.steps))
     return found
 
 
@@ -100,11 +106,10 @@ def draw_curves(curves: Sequence[Curve], ink: Ink, rows: int = 10) -> str:
     finite = [c.value[np.isfinite(c.value)] for c in curves]
     every = np.concatenate(finite) if finite else np.zeros(0)
     if not every.size:
-        return "nothing to draw: no value is finite"
+        return NOTHING
     low, high = _range(float(every.min()), float(every.max()))
-    first = min(int(c.t[0]) for c in curves)
-    last = max(int(c.t[-1]) for c in curves)
-    ticks = [f"{v:.3g}" for v in (high, (low + high) / 2, low)]
+    first, last = extent(curves)
+    ticks = [f"{v:.3g}" for v in (high, low / 2 + high / 2, low)]
     margin = max(map(len, ticks))
     # Beside it stand the ticks and the axis, and at its foot the name of the last frame and of t.
     canvas = Canvas(max(20, min(ink.columns - margin - 5, 96)), rows, ink)
@@ -112,7 +117,8 @@ def draw_curves(curves: Sequence[Curve], ink: Ink, rows: int = 10) -> str:
 
     def place(t: float, value: float) -> tuple[float, float]:
         x = (t - first) / max(1, last - first) * (across - 1)
-        y = (high - value) / (high - low) * (down - 1)
+        # Divided first: the greatest numbers there are may be this far apart.
+        y = (high / 2 - value / 2) / (high / 2 - low / 2) * (down - 1)
         return x, y
 
     for number, curve in enumerate(curves):
@@ -120,7 +126,7 @@ def draw_curves(curves: Sequence[Curve], ink: Ink, rows: int = 10) -> str:
         for t, value in zip(curve.t, curve.value, strict=True):
             here = place(float(t), float(value)) if np.isfinite(value) else None
             if here is not None:
-                canvas.line(*(before or here), *here, number)
+                _join(canvas, before or here, here, curve.steps, number)
             before = here
     axis, corner, edge = ("│", "└", "─") if ink.unicode else ("|", "+", "-")
     names = dict(zip((0, rows // 2, rows - 1), ticks, strict=True))
@@ -144,9 +150,30 @@ def _range(low: float, high: float) -> tuple[float, float]:
     """The scale: all of 0..1 for what looks like probabilities."""
     if low >= -1e-9 and high <= 1 + 1e-9 and high > 0.2:
         return 0.0, 1.0
-    if high - low < 1e-12:
-        return low - 0.5, high + 0.5
+    size = max(abs(low), abs(high))
+    if high / 2 - low / 2 < 1e-12 * max(size, 0.5):  # a level line stands in the middle
+        room = 0.5 * max(size, 1.0)
+        return max(low - room, -_GREATEST), min(high + room, _GREATEST)
     return low, high
+
+
+def _join(
+    canvas: Canvas, one: tuple[float, float], other: tuple[float, float], steps: bool, number: int
+) -> None:
+    """A line, or half a step along, up or down, and the other half."""
+    if not steps:
+        canvas.line(*one, *other, number)
+        return
+    middle = (one[0] + other[0]) / 2
+    places = (one, (middle, one[1]), (middle, other[1]), other)
+    for a, b in pairwise(places):
+        canvas.line(*a, *b, number)
+
+
+def extent(curves: Sequence[Curve]) -> tuple[int, int]:
+    """The first and the last frame of curves of which some have any."""
+    drawn = [c.t for c in curves if len(c.t)]
+    return min(int(t[0]) for t in drawn), max(int(t[-1]) for t in drawn)
 
 
 def _legend(curves: Sequence[Curve], ink: Ink) -> list[str]:

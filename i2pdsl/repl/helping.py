@@ -6,10 +6,13 @@ from i2pdsl.describe import shown_value
 from i2pdsl.errors import did_you_mean, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS, Word, word_named
+from i2pdsl.repl.examples import example_here, in_words_of
 from i2pdsl.repl.mistakes import INPUT
 from i2pdsl.repl.state import State
 from i2pdsl.repl.words import COMMANDS, command_named
 from i2pdsl.worlds.find import builtin_worlds
+
+_ASKED = ("P(rho > 0 | script[:T])", "P(G_robot | script[:t])", "E[V(robot) | script[:t]]")
 
 
 def explain(word: str, state: State) -> str:
@@ -17,7 +20,7 @@ def explain(word: str, state: State) -> str:
     if not word:
         return _overview(state)
     found = command_named(word) or word_named(word)
-    parts = [_entry(found)] if found is not None else []
+    parts = [_entry(found, state)] if found is not None else []
     parts += _of_the_story(word, state)
     if parts:
         return "\n\n".join(parts)
@@ -34,15 +37,16 @@ def every_word(state: State) -> set[str]:
     return named | {*words.places, *words.actions, *words.events, *words.settings}
 
 
-def _entry(word: Word) -> str:
-    return f"{word.signature}\n    {word.documentation}\n    for instance: {word.example}"
+def _entry(word: Word, state: State) -> str:
+    lines = [word.signature, f"    {word.documentation}"]
+    example = example_here(word.example, state)
+    return "\n".join((*lines, f"    for instance: {example}") if example else lines)
 
 
 def _overview(state: State) -> str:
     width = max(len(c.signature) for c in COMMANDS)
-    lines = ["Ask anything: P(rho > 0 | script[:7]), P(rho | script[:t]), E[V(robot) | script[:t]]"]
-    if not state.typed.vocabulary.enumerable:
-        lines = ["Ask anything: P(weight = 0.5 | script[:t]), E[V(hopper) | script[:t]]"]
+    asked = (in_words_of(example, state.typed.vocabulary) for example in _ASKED)
+    lines = [f"Ask anything: {', '.join(example for example in asked if example)}"]
     lines += ["Statements as in a story: let, pattern, import, assume, world, maximize ...", ""]
     lines += [f"{c.signature:<{width}}  {c.documentation}" for c in COMMANDS]
     words = state.typed.vocabulary

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from i2pdsl.repl.curves import Canvas, Ink
-from i2pdsl.repl.texts import laid_out
+from i2pdsl.repl.texts import cells, laid_out, padded
 from i2pdsl.scripts import Script
 from i2pdsl.search.grid_script import state_as_json, turn_in_words
 from i2pdsl.worlds.grid.spec import WALL, GridSpec
@@ -42,13 +42,18 @@ def _map(world: GridWorld, state: int, ink: Ink) -> str:
     places = state_as_json(spec, world.dynamics, state)
     letters = _letters(spec.entities)
     floor, wall = ("·", "█") if ink.unicode else (".", "#")
+    signs = (*letters.values(), *(tile.name[0].lower() for tile in spec.tiles))
+    wide = max(map(cells, signs), default=1)
+    wall, floor = wall * wide, padded(floor, wide)
     rows = [[wall if symbol == WALL else floor for symbol in row] for row in spec.rows]
     for tile in spec.tiles:
         for column, row in tile.cells:
-            rows[row][column] = ink.paint(tile.name[0].lower(), _colour(tile.color))
+            sign = padded(tile.name[0].lower(), wide)
+            rows[row][column] = ink.paint(sign, _colour(tile.color))
     for name, place in places.items():
         if place is not None:
-            rows[place[1]][place[0]] = ink.paint(letters[name], f"1;{_colour(_look(spec, name))}")
+            sign = padded(letters[name], wide)
+            rows[place[1]][place[0]] = ink.paint(sign, f"1;{_colour(_look(spec, name))}")
     told = [
         (letters[name], f"1;{_colour(_look(spec, name))}", name + ("" if place else " (absent)"))
         for name, place in places.items()

@@ -9,24 +9,29 @@ from typing import TextIO
 import click
 
 from i2pdsl.commands.output import output, show
+from i2pdsl.repl.faults import taken
 from i2pdsl.repl.session import Session
-from i2pdsl.repl.showing import in_a_line
-from i2pdsl.repl.texts import is_unfinished
+from i2pdsl.repl.showing import Reply, in_a_line
+from i2pdsl.repl.texts import Brackets
 
 
 def answer_lines(session: Session, stream: TextIO) -> None:
     """Reads lines to the end and answers each; mistakes go to standard error."""
     for line in entries(stream):
-        reply = session.run(line)
-        show(reply.diagnostics)
-        for remark in (*reply.noted, *reply.said):
-            click.echo(remark, err=True)
-        for shown in reply.shown:
-            output(in_a_line(shown))
-        if reply.shown:
-            sys.stdout.flush()
-        if reply.leaves:
+        if not taken(session, line, tell):
             break
+
+
+def tell(reply: Reply) -> None:
+    """Writes what a line came to."""
+    texts = [in_a_line(shown) for shown in reply.shown]
+    show(reply.diagnostics)
+    for remark in (*reply.noted, *reply.said):
+        click.echo(remark, err=True)
+    for text in texts:
+        output(text)
+    if texts:
+        sys.stdout.flush()
 
 
 def entries(lines: Iterable[str]) -> Iterator[str]:
@@ -36,14 +41,16 @@ def entries(lines: Iterable[str]) -> Iterator[str]:
     pipe can wait for each answer.
     """
     waiting: list[str] = []
+    brackets = Brackets()
     for line in lines:
         line = line.rstrip("\r\n")
         if waiting and not line[:1].isspace():
             yield "\n".join(waiting)
-            waiting = []
+            waiting, brackets = [], Brackets()
         waiting.append(line)
-        if not is_unfinished("\n".join(waiting)):
+        brackets = brackets.after(line)
+        if not brackets.are_unfinished:
             yield "\n".join(waiting)
-            waiting = []
+            waiting, brackets = [], Brackets()
     if waiting:
         yield "\n".join(waiting)

@@ -67,10 +67,17 @@ class Program:
         """The names and keywords of what can be taken out again."""
         return {part.name for part in self.parts if part.keyword != "world"}
 
+    def carries(self, world: str) -> bool:
+        """Whether a world, by its name or the path of its file, is the one that it brings along."""
+        if self.known is None:
+            return False
+        of_file = Path(world).stem if world.endswith(".world") else world
+        return self.known.name in (world, of_file)
+
     def find_world(
         self, name: str, folder: Path | None, settings: Settings = ()
     ) -> Vocabulary | None:
-        if self.known is not None and name == self.known.name:
+        if self.known is not None and self.carries(name):
             return vocabulary_of(self.known.with_settings(dict(settings)))
         return find_vocabulary(name, folder, settings)
 

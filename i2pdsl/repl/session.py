@@ -12,7 +12,9 @@ from i2pdsl.errors import Diagnostic, Source, StoryError, did_you_mean, whole_fi
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.render.fonts import noting
 from i2pdsl.repl.curves import Ink
+from i2pdsl.repl.faults import fault
 from i2pdsl.repl.helping import every_word, explain
 from i2pdsl.repl.mistakes import INPUT, misspelt_command, placed, usage, wrong
 from i2pdsl.repl.program import Part, Program, read_program
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 FIRST_WORLD = "kitchen"
 GOALS = ("maximize", "minimize")
+NO_FRAMES = "the script has no frames yet, and this begins at frame 1: no numbers"
 
 
 class Session:
@@ -36,6 +39,7 @@ class Session:
         state: the story and script as they are now.
         past: the states that `undo` brings back, each with the line that changed it.
         ink: what frames are drawn with.
+        kept: where the session is kept once something of ours has failed.
         workshop: makes worlds and scripts; loaded when the first line needs it, since it takes
             seconds.
     """
@@ -46,6 +50,7 @@ class Session:
         self.past: list[tuple[str, State]] = []
         self.comments: list[str] = []
         self.ink = Ink()
+        self.kept: Path | None = None
         self._workshop: Workshop | None = None
         self._commands: dict[str, Callable[[str], Reply]] = {
             name: getattr(self, f"on_{name}") for name in COMMAND_WORDS
@@ -61,8 +66,11 @@ class Session:
 
     def run(self, line: str) -> Reply:
         """Does what a line says; what is wrong with it is in the reply, and changes nothing."""
+        state, past = self.state, list(self.past)
+        warned: list[Diagnostic] = []
         try:
-            reply = self._run(line)
+            with noting(lambda *said: warned.append(no_font(*said))):
+                reply = self._run(line)
         except StoryError as problem:
             reply = Reply(diagnostics=problem.diagnostics)
         except (OSError, MemoryError) as problem:
@@ -70,6 +78,10 @@ class Session:
 
             failed = Diagnostic("failed", in_words(problem), whole_file(INPUT))
             reply = Reply(diagnostics=(failed,))
+        except Exception as problem:
+            self.state, self.past = state, past
+            reply = Reply(diagnostics=(fault(self, line, problem),))
+        reply = replace(reply, diagnostics=(*reply.diagnostics, *warned))
         if self._workshop is None:
             return reply
         remarks = tuple(self._workshop.remarks)
@@ -107,7 +119,8 @@ class Session:
             answer, warnings = self.asked(text, text, 0)
         except StoryError as problem:
             raise misspelt_command(problem, text, every_word(self.state)) from None
-        return Reply((Asked(answer),), diagnostics=warnings)
+        said = () if answer.t is None or answer.t else (NO_FRAMES,)
+        return Reply((Asked(answer),), said, warnings)
 
     def asked(self, text: str, line: str, offset: int) -> tuple[Answer, tuple[Diagnostic, ...]]:
         """The answer to a question that stands in a line at an offset. Raises StoryError."""
@@ -312,6 +325,11 @@ class Session:
 
     def on_quit(self, rest: str) -> Reply:
         return Reply(leaves=True)
+
+
+def no_font(message: str, hint: str) -> Diagnostic:
+    """A warning about letters in pictures."""
+    return Diagnostic("font", message, whole_file(INPUT), hint, severity="warning")
 
 
 def told(state: State) -> str:

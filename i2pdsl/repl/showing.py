@@ -9,8 +9,8 @@ import numpy as np
 
 from i2pdsl.answers import Answer, number
 from i2pdsl.errors import Diagnostic
-from i2pdsl.repl.curves import Ink, curves_of, draw_curves
-from i2pdsl.repl.texts import laid_out, wrapped
+from i2pdsl.repl.curves import NOTHING, Ink, curves_of, draw_curves, extent
+from i2pdsl.repl.texts import cells, laid_out, padded, wrapped
 
 MOST_VALUES = 40  # of a curve that are listed below it
 
@@ -40,7 +40,12 @@ class Tabled:
 
 @dataclass(frozen=True)
 class Moved:
-    """Beliefs before and after a frame that was added by hand."""
+    """Beliefs before and after frames that were added by hand.
+
+    Attributes:
+        number: of the last of them.
+        told: their turns as stories write them, `[cheese: west, robot: stay] [...]`.
+    """
 
     number: int
     told: str
@@ -110,7 +115,8 @@ def in_a_line(shown: Shown) -> str:
         case Tabled(answers, frames):
             return table(answers, frames)
         case Moved(count, told, beliefs):
-            return f"frame {count}: {told[1:-1]}; " + "; ".join(map(belief_line, beliefs))
+            turns = (f"frame {n}: {turn}" for n, turn in _turns(count, told))
+            return "; ".join((*turns, *map(belief_line, beliefs)))
         case Looked(title, picture, beliefs):
             return "\n".join((title, picture, *(f"  {belief_line(b)}" for b in beliefs)))
         case Text(text, short):
@@ -124,6 +130,12 @@ def _line(answer: Answer) -> str:
         return next(iter(joined.values()))
     mark = "; " if answer.t is not None else ", "
     return mark.join(f"{name} {values}" for name, values in joined.items())
+
+
+def _turns(last: int, told: str) -> list[tuple[int, str]]:
+    """The turns up to a frame without their brackets, each with its frame."""
+    turns = told[1:-1].split("] [")
+    return list(enumerate(turns, last + 1 - len(turns)))
 
 
 def belief_line(belief: Belief) -> str:
@@ -144,8 +156,8 @@ def on_a_terminal(shown: Shown, ink: Ink) -> str:
         case Tabled(answers, frames):
             return table(answers, frames)
         case Moved(count, told, beliefs):
-            head = f"{ink.paint(f'frame {count}', 1)}  {told[1:-1]}"
-            return "\n".join((head, *(_change(b, ink) for b in beliefs)))
+            heads = (f"{ink.paint(f'frame {n}', 1)}  {turn}" for n, turn in _turns(count, told))
+            return "\n".join((*heads, *(_change(b, ink) for b in beliefs)))
         case Looked(title, picture, beliefs):
             rows = [line for b in beliefs for line in _bars(b.latent, b.labels, b.after, ink)]
             return "\n".join((ink.paint(wrapped(title, ink.columns), 1), picture, *rows))
@@ -155,6 +167,8 @@ def on_a_terminal(shown: Shown, ink: Ink) -> str:
 
 def _asked(answer: Answer, ink: Ink) -> str:
     if answer.t is not None:
+        if not answer.t:
+            return ""
         frames = range(answer.t[0], answer.t[-1] + 1)
         if len(frames) < 2:
             return table((answer,), frames, columns=ink.columns)
@@ -169,12 +183,12 @@ def _asked(answer: Answer, ink: Ink) -> str:
 
 def _bars(latent: str, labels: Sequence[str], values: np.ndarray, ink: Ink) -> list[str]:
     """A latent's values with their probabilities, and bars."""
-    width = max(map(len, labels))
+    width = max(map(cells, labels))
     longest = max(8, min(24, ink.columns - 26))
     lines = [f"  {ink.paint(latent, 1)}"] if latent else []
     for label, value in zip(labels, values, strict=True):
         bar = ink.paint(_bar(float(value), longest, ink.unicode), 34)
-        lines.append(f"    {label:<{width}}  {float(value):8.4f}  {bar}".rstrip())
+        lines.append(f"    {padded(label, width)}  {float(value):8.4f}  {bar}".rstrip())
     return lines
 
 
@@ -208,11 +222,12 @@ def table(
         columns: characters in a line, for a single curve.
     """
     curves = [c for a in answers for c in curves_of(a, frames)]
+    if not any(len(c.t) for c in curves):
+        return NOTHING
     names = [c.name for c in curves]
     if len(answers) == 1:
         names = list(answers[0].columns()) if answers[0].labels else ["value"]
-    first = min(int(c.t[0]) for c in curves)
-    last = max(int(c.t[-1]) for c in curves)
+    first, last = extent(curves)
     step = 1 if most is None else max(1, -(-(last - first + 1) // most))
     rows = [*range(first, last + 1, step)]
     if rows[-1] != last:

@@ -6,6 +6,8 @@ import os
 import shutil
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +25,12 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.shortcuts import CompleteStyle
 from prompt_toolkit.styles import Style, merge_styles, style_from_pygments_cls
 
+from i2pdsl.commands.output import output
+from i2pdsl.errors import harmless
 from i2pdsl.interrupts import HungUp
 from i2pdsl.repl.completing import complete_line
 from i2pdsl.repl.curves import Ink
+from i2pdsl.repl.faults import taken
 from i2pdsl.repl.piped import entries
 from i2pdsl.repl.session import Session, told
 from i2pdsl.repl.showing import Reply, Shown, Text, on_a_terminal
@@ -61,15 +66,13 @@ def answered(session: Session, typed: str) -> bool:
     for entry in entries(typed.splitlines()):
         session.ink = terminal_ink()  # windows change their size
         try:
-            reply = session.run(entry)
+            if not taken(session, entry, lambda reply: tell(reply, session.ink)):
+                return False
         except HungUp:
             raise
         except KeyboardInterrupt:
             click.echo("interrupted: nothing is changed", err=True)
             return True
-        tell(reply, session.ink)
-        if reply.leaves:
-            return False
     return True
 
 
@@ -83,19 +86,22 @@ def terminal_ink() -> Ink:
 
 def tell(reply: Reply, ink: Ink) -> None:
     """Shows what a line came to."""
+    texts = [_coloured(shown, ink) for shown in reply.shown]
     for remark in reply.noted:
         click.echo(ink.paint(remark, 2), err=True, color=ink.colour)
     for diagnostic in reply.diagnostics:
         head, line, rest = diagnostic.render().partition("\n")
         code = 31 if diagnostic.severity == "error" else 33
         click.echo(ink.paint(head, code) + line + rest, err=True, color=ink.colour)
-    for shown in reply.shown:
-        click.echo(_coloured(shown, ink), color=ink.colour)
+    for text in texts:
+        output(text, ink.colour)
     for remark in reply.said:
         click.echo(ink.paint(remark, 2), err=True, color=ink.colour)
 
 
 def _coloured(shown: Shown, ink: Ink) -> str:
+    if isinstance(shown, Text):
+        shown = replace(shown, text=harmless(shown.text))
     if isinstance(shown, Text) and shown.is_story and ink.colour:
         from pygments import highlight
         from pygments.formatters import TerminalFormatter
@@ -120,10 +126,18 @@ def history_file() -> Path | None:
         return None
 
 
+class KeptHistory(FileHistory):
+    """Lines in a file, whatever they hold; a full disk ends no session."""
+
+    def store_string(self, string: str) -> None:
+        with suppress(OSError):
+            super().store_string(string.encode("utf-8", "replace").decode())
+
+
 def line_editor(session: Session, **streams: Any) -> PromptSession[str]:
     """The line editor; `streams` are prompt_toolkit's input and output, for tests."""
     path = history_file()
-    history: History = InMemoryHistory() if path is None else FileHistory(path)
+    history: History = InMemoryHistory() if path is None else KeptHistory(path)
     plain = "NO_COLOR" in os.environ
     return PromptSession(
         message=HTML("<prompt>i2p&gt; </prompt>"),
@@ -199,7 +213,11 @@ class LineCompleter(Completer):
             return
         if event.text_inserted and not before.strip():
             return
-        for each in complete_line(document.text, offset, self.session.state):
+        try:
+            found = complete_line(document.text, offset, self.session.state)
+        except Exception:  # a menu is no reason to lose what is being typed
+            return
+        for each in found:
             if each.text == document.text[each.start : each.end]:
                 continue
             yield Offer(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
+from dataclasses import dataclass
 from textwrap import wrap
 
 _OPEN, _CLOSE = "([{", ")]}"
 _UNFINISHED = re.compile(r"(?:[-+*/^=<>,:|@]|\b(?:and|or|not|then|else|if|in))$")
+_LONGEST = 8  # characters of a line's end, more than any of these and what is before it
 _FILE = re.compile(r'\s*("[^"]+"|\S*\.[^\W\d]\w*)\s*$')
 _GAP = re.compile(r"\S.*?  +(?=\S)")  # between a word and what is said about it
 PICTURES = (".png", ".svg", ".pdf")
@@ -52,6 +55,19 @@ def wrapped(text: str, columns: int) -> str:
     return "\n".join(lines)
 
 
+def cells(text: str) -> int:
+    """Columns of a terminal that a text takes: Han signs take two, combining marks none."""
+    if text.isascii():
+        return len(text)
+    wide = sum(unicodedata.east_asian_width(c) in "WF" for c in text)
+    return len(text) + wide - sum(unicodedata.combining(c) > 0 for c in text)
+
+
+def padded(text: str, width: int) -> str:
+    """A text with blanks behind it, so wide on a terminal."""
+    return text + " " * (width - cells(text))
+
+
 def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
     """Pieces side by side, as many as a line holds.
 
@@ -60,21 +76,39 @@ def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: i
     """
     lines, width = [""], 0
     for plain, written in parts:
-        if width and indent + width + gap + len(plain) > columns:
+        if width and indent + width + gap + cells(plain) > columns:
             lines.append("")
             width = 0
         between = " " * gap if width else ""
         lines[-1] += between + written
-        width += len(between) + len(plain)
+        width += len(between) + cells(plain)
     return [" " * indent + line for line in lines]
 
 
+@dataclass(frozen=True)
+class Brackets:
+    """What lines leave open: how many brackets, and how the last one that is not blank ends."""
+
+    depth: int = 0
+    end: str = ""
+
+    def after(self, text: str) -> Brackets:
+        """The same with more lines behind those read so far."""
+        depth, end = self.depth, self.end
+        for line in map(without_comment, text.splitlines()):
+            depth += sum(map(line.count, _OPEN)) - sum(map(line.count, _CLOSE))
+            end = line[-_LONGEST:] if line.strip() else end
+        return Brackets(depth, end)
+
+    @property
+    def are_unfinished(self) -> bool:
+        """Whether more must follow: a bracket is open, or the last line ends with an operator."""
+        return self.depth > 0 or _UNFINISHED.search(self.end) is not None
+
+
 def is_unfinished(text: str) -> bool:
-    """Whether more must follow: a bracket is open, or the last line ends with an operator."""
-    lines = [without_comment(line) for line in text.splitlines()]
-    depth = sum((c in _OPEN) - (c in _CLOSE) for line in lines for c in line)
-    last = next((line for line in reversed(lines) if line.strip()), "")
-    return depth > 0 or _UNFINISHED.search(last.rstrip()) is not None
+    """Whether more must follow a text."""
+    return Brackets().after(text).are_unfinished
 
 
 def split_file(text: str) -> tuple[str, str | None]:

@@ -303,9 +303,7 @@ def _story(state: State) -> Story:
 
 def story_of(typed: TypedStory, program: Program) -> Story:
     """A session's story: its world may be known by the script that carried it."""
-    known = program.known
-    if known is not None and known.name != typed.world:
-        known = None  # the session has moved to another world
+    known = program.known if program.carries(typed.world) else None  # it may have moved elsewhere
     return Story(typed, program.folder, known)
 
 
@@ -370,8 +368,9 @@ def _written(value: object) -> str:
 
 def _drawn(script: Script, path: Path) -> list[str]:
     """Pictures of a script: the one kind that was asked for, beside the name that was given."""
-    from i2pdsl.commands.pictures import draw
+    from i2pdsl.render.pictures import pictures_of
 
-    files: dict[str, str] = {}
-    draw([script], path.parent / path.stem, (path.suffix[1:].lower(),), files)
-    return list(files.values())
+    drawing = pictures_of([script])
+    with Bars() as bars:
+        kinds = (path.suffix[1:].lower(),)
+        return [str(p) for _, p in drawing.drawn(path.parent / path.stem, kinds, bars.drawing)]

@@ -1,12 +1,16 @@
 """Comics show the frames that matter, in panels that say what led to them."""
 
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
 
+from i2pdsl.render import comic
+from i2pdsl.render.choreography import Key
 from i2pdsl.render.comic import comic_svg, key_frames
 from i2pdsl.render.raster import svg_rgba
+from i2pdsl.render.scene import actor_svg, scene_size
 from i2pdsl.render.stage import Actor, Stage, Tile
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -100,3 +104,36 @@ def test_pictures_are_not_blank():
     assert (picture[..., :3].max(axis=2) < 100).mean() > 0.005
     with pytest.raises(ValueError, match="3 frames, but 1 captions"):
         comic_svg(STAGE, SCRIPT, [0, 1, 2], ["one"])
+
+
+@pytest.mark.parametrize(
+    "size", [(1, 1), (2, 1), (5, 2), (40, 40), (120, 5), (200, 1), (1, 200), (200, 200)]
+)
+@pytest.mark.parametrize("count", [1, 2, 8])
+def test_comics_of_any_map_are_bounded(size, count):
+    across, down = size
+    stage = Stage("a", ("." * across,) * down, (), ())
+    columns, cell = comic._fitted(stage, count, None)
+    assert 1 <= columns <= comic.columns_of(count)
+    width, height = scene_size(stage, cell)
+    assert count * width * height <= 1.1 * comic.AREA
+    assert height <= comic.TALLEST + 1
+    assert max(width, 180) * columns <= 1.1 * comic.WIDEST
+    assert cell >= 4.5
+
+
+def test_the_cast_is_seen_however_small_the_cells_are():
+    key = Key(0, 1, 1)
+    for cell in (2.0, 7.0, 16.0, 40.0):
+        drawn = actor_svg(STAGE.cast[0], key, cell)
+        scale = float(re.search(r"scale\(([\d.]+)", drawn)[1])
+        assert scale * 100 == pytest.approx(max(cell, 16.0))
+
+
+def test_who_is_who_is_told_where_the_drawings_do_not():
+    script = {"start": {"ann": [0, 0], "bob": [1, 0]}, "frames": []}
+    cast = (Actor("ann", "blob", "#7c9cc0"), Actor("bob", "blob", "#d98b4a"))
+    told = comic_svg(Stage("a", ("...",), (), cast), script, [0])
+    assert ">ann<" in told
+    assert ">bob<" in told
+    assert ">robot<" not in comic_svg(STAGE, SCRIPT, [0, 1])

@@ -1,6 +1,7 @@
 """Films have the right pictures, as many as they should, and appear only when complete."""
 
 import subprocess
+from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
@@ -8,10 +9,10 @@ import pytest
 from PIL import Image
 
 from i2pdsl.render import video
-from i2pdsl.render.choreography import choreograph
-from i2pdsl.render.film import film_frames, frame_times, save_gif, save_mp4
+from i2pdsl.render.choreography import Film, choreograph
+from i2pdsl.render.film import default_cell, film_frames, frame_times, save_gif, save_mp4
 from i2pdsl.render.raster import svg_rgba
-from i2pdsl.render.scene import scene_svg
+from i2pdsl.render.scene import scene_size, scene_svg
 from i2pdsl.render.stage import Actor, Stage, Tile
 
 CAST = (Actor("cheese", "cheese"), Actor("robot", "robot"), Actor("table", "table", "", "object"))
@@ -126,3 +127,82 @@ class _nowhere:
 
     def __exit__(self, *error):
         return None
+
+
+def program(folder, text):
+    path = folder / "my ffmpeg"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("exit 1", "ended with status 1, and said nothing"),
+        ("cat > /dev/null; printf 'one\nNo space left on device\n\n' >&2; exit 228",
+         "ended with status 228: No space left on device"),
+        ("kill -9 $$", "was ended by SIGKILL, and said nothing"),
+    ],
+)  # fmt: skip
+def test_an_ffmpeg_that_fails_is_named(tmp_path, monkeypatch, text, wanted):
+    chosen = program(tmp_path, text)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
+    for save in (save_gif, save_mp4):
+        path = tmp_path / f"a.{save.__name__[-3:]}"
+        with pytest.raises(video.FilmError) as caught:
+            save(path, STAGE, FILM, cell=20)
+        said = str(caught.value)
+        assert said == (
+            f"{path.name} was not written: ffmpeg failed: {chosen} (from IMAGEIO_FFMPEG_EXE) "
+            f"{wanted}; unset IMAGEIO_FFMPEG_EXE, or let it name another one"
+        )
+    assert [p.name for p in tmp_path.iterdir()] == ["my ffmpeg"]
+
+
+@pytest.mark.parametrize("chosen", ["/no/such/ffmpeg", __file__])
+def test_an_ffmpeg_that_does_not_start_is_named(tmp_path, monkeypatch, chosen):
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
+    with pytest.raises(OSError, match=f"a.mp4 was not written: .*{chosen} .*cannot be started"):
+        save_mp4(tmp_path / "a.mp4", STAGE, FILM, cell=20)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_ffmpeg_at_all(tmp_path, monkeypatch):
+    def none():
+        raise RuntimeError("No ffmpeg exe could be found.")
+
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", none)
+    with pytest.raises(video.FilmError, match="there is none; install one, or let IMAGEIO_"):
+        save_gif(tmp_path / "a.gif", STAGE, FILM, cell=20)
+
+
+def test_nobody_waits_forever_for_an_ffmpeg_that_hangs(tmp_path, monkeypatch):
+    """It is ended with all that it has started."""
+    chosen = program(tmp_path, f"sleep 1000 & echo $! > '{tmp_path}/pid'; wait")
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
+    monkeypatch.setattr(video, "PATIENCE", 1.0)
+    with pytest.raises(video.FilmError, match="did nothing for 1 s"):
+        save_mp4(tmp_path / "a.mp4", STAGE, FILM, cell=60)
+    assert not (tmp_path / "a.mp4").exists()
+    child = int((tmp_path / "pid").read_text())
+    status = Path(f"/proc/{child}/stat")
+    assert not status.exists() or status.read_text().split()[2] == "Z"
+
+
+@pytest.mark.parametrize("size", [(1, 1), (200, 1), (1, 200), (200, 200), (40, 40)])
+def test_large_maps_make_no_endless_films(size):
+    across, down = size
+    stage = Stage("a", ("." * across,) * down, (), ())
+    cell = default_cell(stage, 800)
+    width, height = scene_size(stage, cell)
+    assert width * height <= 2.3e6
+    assert max(width, height) <= 2600
+    assert cell >= 7
+
+
+def test_long_stories_make_no_endless_films():
+    still = Film({}, (), (), 5000.0)
+    times = frame_times(still, 25)
+    assert len(times) == round((0.7 + 180 + 1.5) * 25)
+    assert times[-1] == 5000

@@ -287,3 +287,25 @@ def test_colours_are_tellable_apart(names, sight):
 def test_colours_stand_out_from_paper(name):
     luminance = linear(PALETTE[name]) @ [0.2126, 0.7152, 0.0722]
     assert 1.05 / (luminance + 0.05) >= 3
+
+
+def test_names_that_begin_alike_are_told_apart():
+    from i2pdsl.render.mind import LABEL_WIDTH, TEXT_SIZE, _fit_name, _width
+
+    one = _fit_name("the_first_of_many_places_in_this_world_north")
+    other = _fit_name("the_first_of_many_places_in_this_world_south")
+    assert one != other
+    assert one.startswith("the_first")
+    assert one.endswith("north")
+    assert _width(one, TEXT_SIZE) <= 1.03 * LABEL_WIDTH
+    assert _fit_name("short") == "short"
+
+
+def test_predicates_are_drawn_as_steps():
+    values = np.array([0.0, 1.0, 1.0, 0.0])
+    curves = [Series("a", values, "#0068b0", steps) for steps in (False, True)]
+    drawn = [
+        mind_figure([Panel("p", "value", (one,))], "").axes[0].lines[0].get_drawstyle()
+        for one in curves
+    ]
+    assert drawn == ["default", "steps-mid"]

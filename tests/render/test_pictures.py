@@ -223,3 +223,62 @@ def test_an_interrupted_film_leaves_nothing(tmp_path: Path) -> None:
         with pytest.raises(KeyboardInterrupt):
             Pictures(small_script()).save(tmp_path, (kind,), stop)
     assert list(tmp_path.iterdir()) == []
+
+
+TWINS = """map
+    A..B
+tile left
+    symbol = A
+tile right
+    symbol = B
+character ann
+    goals = {left, right}
+character bob
+    goals = {left, right}
+planning
+    gamma = 0.9
+"""
+
+
+def walk(world: str, start: dict[str, Any], frames: list[dict[str, Any]]) -> Script:
+    content = {"format": "i2p-script", "version": 1, "world": {"name": "w", "source": world}}
+    return loaded({**content, "start": start, "frames": frames})
+
+
+def test_a_cast_without_colours_is_told_apart() -> None:
+    stay, places = {"action": "stay", "moved": False}, {"ann": [1, 0], "bob": [2, 0]}
+    frame = {"ann": stay, "bob": stay, "event": None, "state": places}
+    pictures = Pictures(walk(TWINS, places, [frame]))
+    ann, bob = pictures.stage.cast
+    assert ann.color != bob.color
+    assert [label for label, _, _ in pictures.meters()] == ["ann's goal: left", "ann's goal: right"]
+    kitchen = Pictures(small_script())
+    spec = kitchen.script.world.spec
+    assert [a.color for a in kitchen.stage.cast] == [
+        one.color for one in (*spec.characters, *spec.things)
+    ]
+
+
+def test_very_many_goals_are_taken_together(tmp_path: Path) -> None:
+    names = [f"goal{i}" for i in range(40)]
+    tiles = "".join(f"tile {n}\n    cell = ({i}, 0)\n" for i, n in enumerate(names))
+    world = f"map\n    {'.' * 40}\n{tiles}character fox\n    goals = {{{', '.join(names)}}}\n"
+    acts = {"fox": {"action": "east", "moved": True}, "event": None}
+    frames = [{**acts, "state": {"fox": [c, 0]}} for c in (31, 32, 33)]
+    script = walk(world, {"fox": [30, 0]}, frames)
+    pictures = Pictures(script)
+    series = pictures.panels[0].series
+    assert len(series) == 24
+    assert series[-1].label == "17 others"
+    np.testing.assert_allclose(sum(s.values for s in series), 1)
+    beliefs = script.query("P(G_fox | script[:t])")
+    kept = {s.label: s.values for s in series[:-1]}
+    for name, values in zip(names, beliefs.T, strict=True):
+        if name in kept:
+            np.testing.assert_array_equal(kept[name], values)
+        else:
+            assert values.max() <= min(v.max() for v in kept.values()) + 1e-12
+    assert "others" not in "".join(pictures.captions([0, 1, 2, 3]))
+    pictures.save_mind(tmp_path / "mind.png", "many")
+    with Image.open(tmp_path / "mind.png") as image:
+        assert image.height > 700

@@ -4,6 +4,7 @@ files and `undo`."""
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,26 @@ import pytest
 import i2pdsl
 from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.language.builtins import FORMS, STATEMENTS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Result, story_from
-from i2pdsl.repl.curves import Ink
-from i2pdsl.repl.session import Session
-from i2pdsl.repl.showing import Asked, Looked, Moved, Plotted, Tabled, Text, on_a_terminal
+from i2pdsl.repl.curves import NOTHING, Ink, curves_of
+from i2pdsl.repl.session import NO_FRAMES, Session
+from i2pdsl.repl.showing import (
+    Asked,
+    Looked,
+    Moved,
+    Plotted,
+    Tabled,
+    Text,
+    in_a_line,
+    on_a_terminal,
+)
 from i2pdsl.repl.state import State
+from i2pdsl.repl.texts import cells
+from i2pdsl.repl.words import COMMANDS
+from i2pdsl.scripts import Script
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from repl.conftest import HELP, asked, copied, refused, right, saved_and_read, shown
@@ -391,6 +405,18 @@ def test_accepting_is_playing_what_was_suggested(session: Session) -> None:
     assert "`suggest` first" in refused(session, "accept")
 
 
+def test_several_frames_are_told_one_by_one(session: Session) -> None:
+    right(session, "rewind 3")
+    right(session, "suggest 2 P(rho > 0 | script[:T])")
+    first, second = session.state.suggestions[0].told[1:-1].split("] [")
+    moved = shown(session, "accept")
+    line = in_a_line(moved)
+    assert line.startswith(f"frame 4: {first}; frame 5: {second}; rho: -3 ")
+    assert "[" not in line
+    lines = on_a_terminal(moved, Ink(columns=100)).splitlines()
+    assert lines[:2] == [f"frame 4  {first}", f"frame 5  {second}"]
+
+
 def test_suggestions_are_for_one_script_and_one_story(session: Session) -> None:
     right(session, "rewind 3")
     for line in ("play robot stay", "maximize T", "forget maximize", "rewind 2", "length 9"):
@@ -655,3 +681,120 @@ def test_everything_can_be_explained(session: Session) -> None:
     overview = shown(session, "help")
     assert isinstance(overview, Text)
     assert "rho in {-3, -1, 0, 1, 3}" in overview.text
+
+
+# Of scripts without frames, and in other worlds.
+
+
+@pytest.mark.parametrize(
+    "question", ["P(rho > 0 | script[:t]) - P(rho > 0 | script[:t-1])", "P(rho | script[:t-1])"]
+)
+def test_questions_that_begin_at_frame_1(session: Session, question: str) -> None:
+    right(session, "rewind")
+    reply = right(session, question)
+    assert reply.said == (NO_FRAMES,)
+    (answer,) = reply.shown
+    assert set(in_a_line(answer)) <= set("; -0123456789")
+    assert on_a_terminal(answer, Ink()) == ""
+    for command in ("plot", "table"):
+        assert in_a_line(shown(session, f"{command} {question}")) == NOTHING
+    assert NOTHING in refused(session, f"plot {question} > a.png")
+    right(session, "play cheese west!")
+    assert right(session, question).said == ()
+
+
+@pytest.mark.parametrize("number", ["9223372036854775808", "1.7e308", "-1.7e308", "1e-320", "0"])
+def test_level_lines_of_any_size(session: Session, number: str) -> None:
+    text = in_a_line(shown(session, f"plot {number}"))
+    assert text.count("*") > 10
+    assert "inf" not in text
+    assert "nan" not in text
+
+
+def test_the_greatest_numbers_are_drawn(session: Session) -> None:
+    text = in_a_line(shown(session, "plot -1.7e308, 1.7e308"))
+    assert text.count("*") > 10
+    assert text.count("o") > 10
+    assert "are not drawn into files" in refused(session, "plot 1.7e308 > a.png")
+    right(session, "plot 9223372036854775808 > a.png")
+
+
+def test_predicates_are_steps(session: Session) -> None:
+    def drawn(question: str) -> bool:
+        plotted = shown(session, f"plot {question}")
+        assert isinstance(plotted, Plotted)
+        (curve,) = curves_of(plotted.answers[0], plotted.frames)
+        return curve.steps
+
+    assert drawn("[moved(robot) @ script[t]]")
+    assert drawn("1 - [moved(robot) @ script[t]]")
+    assert not drawn("[moved(robot) @ script[t]] / 2")
+    assert not drawn("P(rho > 0 | script[:t])")
+    assert not drawn("1")
+    right(session, "plot [moved(robot) @ script[t]] > steps.svg")
+    assert Path("steps.svg").is_file()
+
+
+@pytest.mark.parametrize("world", ["fork", "hill", "maze", "porters"])
+def test_help_speaks_of_the_world_at_hand(world: str) -> None:
+    session = Session()
+    right(session, f"world {world}")
+    words = session.state.typed.vocabulary
+    known = {*words.characters, *words.things, *words.places, *words.events, *words.latents}
+    foreign = {"cheese", "robot", "table", "deus", "pink", "rho", "G_cheese", "G_robot"} - known
+    names = (*(w.name for w in (*STATEMENTS, *FORMS, *COMMANDS)), "")
+    examples = 0
+    for name in names:
+        text = in_a_line(shown(session, f"help {name}"))
+        told = [line for line in text.splitlines() if "for instance" in line or "Ask any" in line]
+        for line in told:
+            line = re.sub(r"instance: table|\w+/\S+", "", line)
+            assert not foreign.intersection(re.findall(r"\w+", line)), line
+        examples += bool(told)
+    assert examples > 20
+
+
+def test_an_example_of_another_world_is_right_there() -> None:
+    session = Session()
+    right(session, "world fork")
+    text = in_a_line(shown(session, "help P")) + in_a_line(shown(session, "help in"))
+    assert "P(G_robot in {left} | script[:T])" in text
+    right(session, "P(G_robot in {left} | script[:T])")
+
+
+def test_a_script_whose_story_names_the_file_of_its_world(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The script brings its world along, wherever it lies."""
+    (tmp_path / "made").mkdir()
+    text = (STORIES / "worlds" / "maze.world").read_text(encoding="utf-8")
+    (tmp_path / "made" / "my.world").write_text(text, encoding="utf-8")
+    story = tmp_path / "made" / "a.story"
+    story.write_text('world "my.world"\nlength 2\nsearch naive\n', encoding="utf-8")
+    i2pdsl.load(story).solve(seed=0).script.save(tmp_path / "moved.json")
+    right(session, "load moved.json")
+    question = "P(rho > 0 | script[:t])"
+    assert asked(session, question) == pytest.approx(
+        Script.load(tmp_path / "moved.json").query(question)
+    )
+    right(session, "play mouse west")
+    right(session, "world maze")
+
+
+def test_maps_with_wide_signs_stand_in_columns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session()
+    rows = "map\n    巣..#\n    ....\n    ..種.\n"
+    tiles = "tile 巣\n    symbol = 巣\ntile seed\n    symbol = 種\n"
+    cat = "character 猫\n    goals = {巣, seed}\n"
+    (tmp_path / "han.world").write_text(rows + tiles + cat, encoding="utf-8")
+    right(session, "world han")
+    looked = shown(session, "show")
+    lines = in_a_line(looked).splitlines()[1:4]
+    assert {cells(line) for line in lines} == {4 + 4 * 2 + 3}
+    assert lines[0].endswith(" ██")
+    bars = on_a_terminal(looked, Ink()).splitlines()[-2:]
+    one, other = (cells(bar[: bar.index("0.5")]) for bar in bars)
+    assert one == other

@@ -38,7 +38,7 @@ const makeStage = (film) => {
 
   // ------------------------------------------------------------------ the stage
 
-  const { cell, foot } = film;
+  const { cell, foot, life } = film;
   const scene = $("actors");
   const cast = film.actors.map((actor, index) => {
     const find = (part) => scene.querySelector(`[data-index="${index}"][data-part="${part}"]`);
@@ -57,7 +57,7 @@ const makeStage = (film) => {
       "transform",
       `translate(${(key.x + 0.5) * cell} ${(key.y + pivotY / 100 - key.lift) * cell})` +
         ` rotate(${key.angle * 360})` +
-        ` scale(${(key.scaleX * cell) / 100} ${(key.scaleY * cell) / 100})` +
+        ` scale(${(life * key.scaleX * cell) / 100} ${(life * key.scaleY * cell) / 100})` +
         ` translate(${-pivotX} ${-pivotY})`,
     );
     use.setAttribute("opacity", key.opacity);
@@ -70,7 +70,7 @@ const makeStage = (film) => {
       const href = `#${actor.symbols[key.pose]}`;
       if (actor.body.getAttribute("href") !== href) actor.body.setAttribute("href", href);
       // The higher the actor, the smaller and fainter its shadow.
-      const size = key.scaleX / (1 + 0.22 * key.lift);
+      const size = (life * key.scaleX) / (1 + 0.22 * key.lift);
       const floor = (key.y + foot / 100 - 0.015) * cell;
       actor.shadow.setAttribute(
         "transform",
