@@ -552,10 +552,11 @@ def test_quick_commands_import_only_what_they_need(shared: Path, script: Path) -
 def test_check_is_quick(shared: Path) -> None:
     times = []
     for _ in range(3):
-        began = time.perf_counter()
+        before = os.times()
         assert process("check", shared / "help.story").status == DONE
-        times.append(time.perf_counter() - began)
-    assert min(times) < 1.0  # half a second when the machine is quiet
+        after = os.times()
+        times.append(after.children_user - before.children_user)
+    assert min(times) < 1.0  # seconds of the processor, half of it when the machine is quiet
 
 
 def test_a_reader_that_has_had_enough() -> None:
