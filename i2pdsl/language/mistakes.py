@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 from lark import Token
-from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
+from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
 _WORDS = {
@@ -82,32 +82,30 @@ _HINTS_FOR_CHARACTERS = {
 }
 
 
-def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
-    """The diagnostic for Lark's error in the statement at `span`."""
-    if isinstance(problem, UnexpectedToken):
-        return _unexpected_token(problem, source, span)
-    assert isinstance(problem, UnexpectedCharacters)
-    start = problem.pos_in_stream
-    assert start is not None
+def explain(problem: UnexpectedError, source: Source, span: Span) -> Diagnostic:
+    """The diagnostic for what the parser did not expect in the statement at `span`."""
+    if problem.token is not None:
+        return _unexpected_token(problem, problem.token, source, span)
+    start = problem.start
     character, pair = source.text[start], source.text[start : start + 2]
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     hint = _HINTS_FOR_CHARACTERS.get(pair) or _HINTS_FOR_CHARACTERS.get(character)
     if character == ".":
         hint = "numbers need digits on both sides of the point: `0.5`"
-        if source.text[:start].endswith(".."):
+        if source.text[max(0, start - 2) : start] == "..":
             hint = "a range has two dots: `1..5`"
     place = Span(source, start, start + 1)
     return Diagnostic("syntax", f"the character `{shown}` has no meaning here", place, hint)
 
 
-def _unexpected_token(problem: UnexpectedToken, source: Source, span: Span) -> Diagnostic:
-    token = problem.token
-    expected = set(problem.accepts or problem.expected)
-    before = _token_before(problem)
+def _unexpected_token(
+    problem: UnexpectedError, token: Token, source: Source, span: Span
+) -> Diagnostic:
+    expected, before = set(problem.expected), problem.before
     if before is not None and before.type == "NAME" and str(before) in RESERVED:
         token = before  # `2 * if c ...`: the lexer takes the word for a name
         expected = {"NUMBER", "SCRIPT_KW", "NAME"}
-    if token.type == "$END":
+    if token.type == END:
         return _ends_too_early(source, span, expected, before)
     assert token.start_pos is not None
     place = Span(source, token.start_pos, token.start_pos + len(token))
@@ -121,15 +119,6 @@ def _unexpected_token(problem: UnexpectedToken, source: Source, span: Span) -> D
     wanted = _expectation(expected, _opener(source, span, place.start))
     message = f"unexpected `{shorten(str(token))}`"
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
-
-
-def _token_before(problem: UnexpectedToken) -> Token | None:
-    """The token right before the one that was not expected."""
-    history = problem.token_history
-    if history and history[0] is not None:
-        return history[0]
-    values = getattr(problem.state, "value_stack", None)
-    return values[-1] if values and isinstance(values[-1], Token) else None
 
 
 def _may_be_name(expected: set[str]) -> bool:
