@@ -66,6 +66,7 @@ _EXAMPLES = {
     "map": "map, and the rows of the map in indented lines",
 }
 _TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
+_MARK = re.compile(r'["#()\[\]{}]')
 _HINTS_FOR_CHARACTERS = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -205,25 +206,24 @@ def _hint(
 def _opener(source: Source, span: Span, end: int) -> str:
     """The bracket that is open at `end`, or the word right before it, as `P` of `P(`."""
     open_at: list[int] = []
-    quoted = commented = False
-    for i in range(span.start, end):
-        c = source.text[i]
-        if commented:
-            commented = c != "\n"
-        elif c == '"':
-            quoted = not quoted
-        elif quoted:
+    closed = span.start  # what is before is not looked at: a comment, a text in quotes
+    for mark in _MARK.finditer(source.text, span.start, end):
+        i, c = mark.start(), mark.group()
+        if i < closed:
             continue
-        elif c == "#":
-            commented = True
+        if c in "#\"":
+            close = source.text.find("\n" if c == "#" else c, i + 1, end)
+            closed = end if close < 0 else close + 1
         elif c in "([{":
             open_at.append(i)
-        elif c in ")]}" and open_at:
+        elif open_at:
             open_at.pop()
     if not open_at:
         return ""
-    before = re.search(r"\w*$", source.text[span.start : open_at[-1]])
-    return (before.group() if before else "") or source.text[open_at[-1]]
+    begin = open_at[-1]
+    while begin > span.start and (source.text[begin - 1].isalnum() or source.text[begin - 1] == "_"):
+        begin -= 1
+    return source.text[begin : open_at[-1]] or source.text[open_at[-1]]
 
 
 def _expectation(expected: set[str], opener: str) -> str:

@@ -38,18 +38,28 @@ class UnexpectedError(Exception):
     Attributes:
         token: what was found; None where a character begins no token at all.
         start: its place; the end of the text for the token `$END`.
-        expected: the terminals that could have stood there.
-        before: the token before it.
+        states, values: the stacks of the parser.
     """
 
     def __init__(
-        self, token: Token | None, start: int, expected: frozenset[str], before: Token | None
+        self, tables: Tables, token: Token | None, start: int, states: list[int], values: list[Any]
     ):
         super().__init__(start)
+        self.tables = tables
         self.token = token
         self.start = start
-        self.expected = expected
-        self.before = before
+        self.states = states
+        self.values = values
+
+    @property
+    def expected(self) -> frozenset[str]:
+        """The terminals that could have stood there."""
+        return self.tables.accepted(self.states)
+
+    @property
+    def before(self) -> Token | None:
+        """The token before it."""
+        return _last_token(self.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,13 +164,12 @@ class Tables:
         begin = found.end()
         if begin == end:
             return _token(END, "", end, end)
-        before = _last_token(values)
         other = self.any_word.match(text, begin, end)
         assert other is not None
         if other.lastgroup is None:
-            raise UnexpectedError(None, begin, frozenset(), before)
+            raise UnexpectedError(self, None, begin, states, values)
         found_token = _token(other.lastgroup, other.group(other.lastgroup), begin, other.end())
-        raise UnexpectedError(found_token, begin, self.accepted(states), before)
+        raise UnexpectedError(self, found_token, begin, states, values)
 
     def _feed(self, token: Token, states: list[int], values: list[Any]) -> bool:
         """Takes a token; whether it was the end of the text."""
@@ -180,7 +189,7 @@ class Tables:
             action = actions[state].get(terminal)
             if action is None:
                 start = token.start_pos or 0
-                raise UnexpectedError(token, start, self.accepted(states), _last_token(values))
+                raise UnexpectedError(self, token, start, states, values)
             if action >= 0:
                 states.append(action)
                 values.append(token)

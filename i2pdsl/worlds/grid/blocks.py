@@ -10,7 +10,7 @@ from typing import Any
 
 from lark import Lark, Token, Tree
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
+from i2pdsl.errors import MOST_SHOWN, Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.statements import Piece, check_text, split_statements
@@ -46,12 +46,15 @@ def tables() -> Tables:
     return Tables(grammar())
 
 
-def block_tree(piece: Piece) -> Tree[Token]:
-    """Lark's tree of a block. Raises StoryError."""
+def block_tree(piece: Piece, mistakes: int = 0) -> Tree[Token]:
+    """Lark's tree of a block; after many mistakes it explains none. Raises StoryError."""
     source, span = piece.span.source, piece.span
     try:
         return tables().parse(source.text, span.start, span.end, "statement")
     except UnexpectedError as problem:
+        if mistakes > MOST_SHOWN:
+            place = Span(source, problem.start, min(problem.start + 1, span.end))
+            raise StoryError([Diagnostic("syntax", "this cannot be read", place)]) from None
         raise StoryError([explain(problem, source, span)]) from None
 
 
@@ -126,7 +129,7 @@ class BlockReader:
             self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
             return
         try:
-            tree = block_tree(piece)
+            tree = block_tree(piece, len(self.problems))
         except StoryError as problem:
             self.problems.extend(problem.diagnostics)
             self.incomplete = True
