@@ -211,7 +211,7 @@ def _opener(source: Source, span: Span, end: int) -> str:
         i, c = mark.start(), mark.group()
         if i < closed:
             continue
-        if c in "#\"":
+        if c in '#"':
             close = source.text.find("\n" if c == "#" else c, i + 1, end)
             closed = end if close < 0 else close + 1
         elif c in "([{":
@@ -221,7 +221,9 @@ def _opener(source: Source, span: Span, end: int) -> str:
     if not open_at:
         return ""
     begin = open_at[-1]
-    while begin > span.start and (source.text[begin - 1].isalnum() or source.text[begin - 1] == "_"):
+    while begin > span.start and (
+        source.text[begin - 1].isalnum() or source.text[begin - 1] == "_"
+    ):
         begin -= 1
     return source.text[begin : open_at[-1]] or source.text[open_at[-1]]
 

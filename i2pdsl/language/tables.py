@@ -90,7 +90,7 @@ class Tables:
     """The tables of a grammar. `flat` names the trees that do not count as nesting."""
 
     def __init__(self, grammar: Lark, flat: Iterable[str] = ()):
-        table = grammar.parser.parser._parse_table  # type: ignore[attr-defined]
+        table = grammar.parser.parser._parse_table
         self.flat = frozenset(flat)
         self.starts: dict[str, int] = table.start_states
         self.ends = frozenset(table.end_states.values())
@@ -264,7 +264,9 @@ class Tables:
             size = self.rules[~action].size
             kept -= max(0, size - len(top))
             del top[max(0, len(top) - size) :]
-            top.append(self.actions[top[-1] if top else states[kept - 1]][self.rules[~action].origin])
+            top.append(
+                self.actions[top[-1] if top else states[kept - 1]][self.rules[~action].origin]
+            )
 
 
 def _rule(rule: Any) -> _Rule:

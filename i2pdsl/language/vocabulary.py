@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 Value = float | str | bool
 SettingValue = float | str | tuple[float, ...]
@@ -120,6 +121,13 @@ class Vocabulary:
     has_plausibility: bool = True
     enumerable: bool = True
     documentation: str = ""
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """Every name that means something in this world."""
+        values = (str(v) for latent in self.latents.values() for v in latent.values)
+        names = (*self.latents, *values, *self.places, *self.predicates, *self.characters)
+        return frozenset((*names, *self.things, *self.actions, *self.events))
 
 
 def show_value(value: Value) -> str:

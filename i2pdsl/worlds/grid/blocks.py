@@ -10,7 +10,17 @@ from typing import Any
 
 from lark import Lark, Token, Tree
 
-from i2pdsl.errors import MOST_SHOWN, Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
+from i2pdsl.errors import (
+    MOST_SHOWN,
+    Diagnostic,
+    Note,
+    Source,
+    Span,
+    StoryError,
+    closest,
+    did_you_mean,
+    shorten,
+)
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.statements import Piece, check_text, split_statements
@@ -99,6 +109,7 @@ class BlockReader:
         self.rows: list[tuple[str, Span]] | None = None
         self.map_span = Span(source, 0, 0)
         self.incomplete = False
+        self.reported_lines: set[int] = set()
 
     def read(self) -> None:
         """Reads the whole text."""
@@ -163,8 +174,10 @@ class BlockReader:
     def misplaced_row(self, place: Span) -> None:
         """Reports the first thing that stands on a line behind a row, or behind `map`."""
         line = self.source.position(place.start)[0]
-        reported = {self.source.position(d.span.start)[0] for d in self.problems}
-        if line not in reported:
+        if not self.reported_lines:
+            self.reported_lines = {self.source.position(d.span.start)[0] for d in self.problems}
+        if line not in self.reported_lines:
+            self.reported_lines.add(line)
             hint = "every row has its line, without spaces and without a comment (`#` is a wall)"
             self.problem("world-map", "no row of the map can begin here", place, hint)
 
@@ -264,17 +277,19 @@ class BlockReader:
         if value is None:
             return ()
         items = value.value if value.kind == "list" else [value]
-        found: list[str] = []
+        found: dict[str, None] = {}
+        possible = set(allowed)
         for item in items:
             if item.kind not in ("name", "text"):
                 self.problem("world-value", f"`{key}` must name a {what}", item.span)
-            elif item.value not in allowed:
+            elif item.value not in possible:
                 if not self.incomplete:
-                    hint = did_you_mean(item.value, allowed)
+                    few = len(self.problems) <= MOST_SHOWN
+                    hint = did_you_mean(item.value, possible) if few else None
                     message = f"there is no {what} `{shorten(item.value)}`"
                     self.problem("world-name", message, item.span, hint)
             elif item.value not in found:
-                found.append(item.value)
+                found[item.value] = None
         return tuple(found)
 
     def color(self, block: Block, key: str, default: str) -> str:
