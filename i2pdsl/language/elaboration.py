@@ -102,6 +102,7 @@ class Elaboration:
         self.depth = 0
         self.nodes = 0  # of the expression at hand
         self.all_nodes = 0
+        self.most_nodes = MOST_NODES
         self.highest = 0  # how deep it was nested so far
         self.is_full = False  # whether it was reported that there are too many parts
         self.lets: dict[Any, _Known] = {}
@@ -169,7 +170,7 @@ class Elaboration:
         if self.depth + height > DEEPEST + 20:
             hint = "name the parts with `let`" if not env.uses else None
             raise self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
-        if self.nodes >= MOST_NODES or self.all_nodes >= MOST_IN_ALL:
+        if self.nodes >= self.most_nodes or self.all_nodes >= MOST_IN_ALL:
             raise self.too_large(before, node, env)
 
     def too_large(self, before: int, node: ast.Node, env: Env) -> Stop:
@@ -179,10 +180,10 @@ class Elaboration:
                 return Stop()
             self.is_full = True
             message = f"the story grows to more than {MOST_IN_ALL:,} parts when patterns are put in"
-        elif before >= MOST_NODES:
+        elif before >= self.most_nodes:
             return Stop()
         else:
-            message = f"the patterns grow to more than {MOST_NODES:,} parts when put in"
+            message = f"the patterns grow to more than {self.most_nodes:,} parts when put in"
         return self.fail("nesting", message, node.span, env, "use fewer patterns in patterns")
 
     # Wanted kinds.

@@ -219,6 +219,8 @@ class _Cutter:
         if self.brackets and self.brackets[-1][0] == _CLOSERS[closer]:
             self.brackets.pop()
             return
+        if self.broken:
+            return
         span = Span(self.source, offset, offset + 1)
         if not self.brackets:
             message = f"`{closer}` closes nothing"
