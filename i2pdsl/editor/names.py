@@ -54,7 +54,7 @@ _BELIEFS = (
     ast.Probability, ast.Expectation, ast.Divergence, ast.Entropy, ast.Surprise, ast.Suspense,
     ast.Holds, ast.Reduction,
 )  # fmt: skip
-MOST_LOOKED_AT = 500  # lets and patterns; of more, those come first that begin as what is typed
+MOST_LOOKED_AT = 200  # lets and patterns; of more, those come first that begin as what is typed
 _CALCULATED = ("any", "number", "condition", "quantity", "quantity or value")
 
 

@@ -52,7 +52,7 @@ def headings(source: Source) -> Iterator[Heading]:
 
 
 _NAMED = re.compile(r"\w+\s+([^\W\d]\w*)")
-_MOST = 1000  # headings
+_MOST = 500  # headings
 
 
 def _pieces(pieces: list[Piece]) -> list[Piece]:

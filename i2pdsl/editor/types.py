@@ -14,7 +14,7 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import default_assumption
 
 _PLACES = ("", "event", "quantity", "start")  # where an expression may make sense
-_MOST_NODES = 2_000  # of an expression whose type is asked for
+_MOST_NODES = 500  # of an expression whose type is asked for
 _WORDS = {
     "script": "script",
     "prefix": "the first frames of a script",

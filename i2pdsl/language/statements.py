@@ -121,8 +121,13 @@ def split_statements(
     keyword is in `drawn` (a map) are taken as they are: `#` is a wall there, not a comment.
     """
     cutter = _Cutter(source, frozenset(keywords), drawn)
-    for number, offset in enumerate(source.line_starts, 1):
-        cutter.line(source.line(number), offset)
+    offset = 0
+    for line in source.text.split("\n"):
+        if line:
+            cutter.line(line.rstrip("\r"), offset)
+        else:
+            cutter.comments = []
+        offset += len(line) + 1
     cutter.finish()
     return Cut(cutter.pieces, cutter.unread, cutter.problems)
 
