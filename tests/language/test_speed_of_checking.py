@@ -149,7 +149,7 @@ WORLD_PARTS = {
 
 def grows_as_the_text(work: Callable[[str], object], text: Callable[[int], str]) -> None:
     """Four times the text take about four times as long; twice that is for a busy machine."""
-    short, long = text(30_000), text(120_000)
+    short, long = text(10_000), text(40_000)
     few = seconds(2, lambda: work(short))
     assert seconds(1, lambda: work(long)) < 8 * few + 0.3
 
