@@ -72,11 +72,11 @@ class Arithmetic(Elaboration):
         return Item("pair", (first, second))
 
     def on_sum(self, node: ast.Sum, env: Env) -> Item:
-        after = replace(env, after_sum=True)
-        places, summed = [], env.after_sum
+        places, place = [], env
         for term in node.terms:
-            places.append(after if summed else env)
-            summed = summed or any(isinstance(x, ast.Reduction) for x in ast.walk(term))
+            places.append(place)
+            if not place.after_sum and any(isinstance(x, ast.Reduction) for x in ast.walk(term)):
+                place = replace(env, after_sum=True)
         terms = self.each(
             [lambda n=n, e=e: self.number(n, e) for n, e in zip(node.terms, places, strict=True)]  # type: ignore[misc]
         )
@@ -244,6 +244,7 @@ class Arithmetic(Elaboration):
         parts = self.each(
             [lambda i=i: self.compare("=", node.item, i, env) for i in node.items.items]  # type: ignore[misc]
         )
+        parts = list(dict.fromkeys(parts))
         return Item("truth", parts[0] if len(parts) == 1 else ty.Apply("or", tuple(parts)))
 
     def compare(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:

@@ -296,12 +296,15 @@ class Elaboration:
 
     def outside(self, definition: Env, use: Env) -> Env:
         """The names of where an expression was written, the time of where it is put in."""
-        return replace(
-            definition,
-            times=use.times,
-            reached=use.reached,
-            sum_span=use.sum_span,
-            inside=use.inside,
+        return Env(
+            definition.module,
+            definition.names,
+            use.times,
+            use.reached,
+            use.sum_span,
+            definition.after_sum,
+            use.inside,
+            definition.uses,
         )
 
     def check_recursion(self, name: str, span: Span, env: Env) -> None:
