@@ -73,6 +73,7 @@ class _Rule:
         nones: `None`s behind the last child.
         renames: whether it only gives its single value another name.
         single: whether a single child stands for the tree.
+        deep: 1, or 0 where its trees do not count as nesting.
         inlined: whether the children become children of what it is put into.
     """
 
@@ -83,6 +84,7 @@ class _Rule:
     nones: int
     renames: bool
     single: bool
+    deep: int
     inlined: bool
 
 
@@ -102,7 +104,7 @@ class Tables:
             for symbol, (action, argument) in table.states[state].items():
                 if action is not Shift and id(argument) not in numbers:
                     numbers[id(argument)] = len(self.rules)
-                    self.rules.append(_rule(argument))
+                    self.rules.append(_rule(argument, self.flat))
                 row[symbol] = argument if action is Shift else ~numbers[id(argument)]
             self.actions.append(row)
         terminals = sorted(
@@ -124,13 +126,19 @@ class Tables:
     def parse(self, text: str, start: int, end: int, rule: str) -> Tree[Token]:
         """The tree of a part of a text. Raises UnexpectedError."""
         states, values = [self.starts[rule]], list[Any]()
-        position = start
+        scanners, feed = self.scanners, self._feed
         while True:
-            token = self._next(text, position, end, states, values)
-            if self._feed(token, states, values):
+            found = scanners[states[-1]].match(text, start, end)
+            assert found is not None
+            terminal = found.lastgroup
+            if terminal is not None:  # as in `_next`, which is called for all tokens but these
+                begin, start = found.start(terminal), found.end()
+                token = _token(terminal, text[begin:start], begin, start)
+            else:
+                token = self._next(text, start, end, states, values)
+            if feed(token, states, values):
                 result: Tree[Token] = values[-1]
                 return result
-            position = token.end_pos  # type: ignore[assignment]
 
     def read(
         self, text: str, start: int, end: int, rule: str
@@ -196,6 +204,10 @@ class Tables:
                 return False
             rule = rules[~action]
             size = rule.size
+            if size == 1:
+                values[-1] = self._value(rule, [values[-1]])
+                states[-1] = actions[states[-2]][rule.origin]
+                continue
             children = values[-size:]
             del values[-size:]
             del states[-size:]
@@ -227,8 +239,14 @@ class Tables:
             children = parts
         if rule.nones:
             children += [None] * rule.nones
-        if rule.inlined or (rule.single and len(children) == 1):
-            return children if rule.inlined else children[0]
+        if rule.inlined:
+            return children
+        if len(children) == 1:
+            if rule.single:
+                return children[0]
+            if type(children[0]) is Token:
+                leaf = Place(children[0].start_pos, children[0].end_pos, rule.deep)  # type: ignore[arg-type]
+                return Tree(rule.name, children, leaf)  # type: ignore[arg-type]
         start = end = -1
         depth = 0
         for child in children:
@@ -237,14 +255,13 @@ class Tables:
             if type(child) is Token:
                 place: Any = child
             else:
-                place = child.meta
-                depth = max(depth, place.depth)
+                place = child._meta
+                if place.depth > depth:
+                    depth = place.depth
             if start < 0:
                 start = place.start_pos
             end = place.end_pos
-        tree: Tree[Token] = Tree(rule.name, children)
-        tree._meta = Place(start, end, depth + (rule.name not in self.flat))  # type: ignore[assignment]
-        return tree
+        return Tree(rule.name, children, Place(start, end, depth + rule.deep))  # type: ignore[arg-type]
 
     def accepted(self, states: list[int]) -> frozenset[str]:
         """The terminals that can come next."""
@@ -269,7 +286,7 @@ class Tables:
             )
 
 
-def _rule(rule: Any) -> _Rule:
+def _rule(rule: Any, flat: frozenset[str]) -> _Rule:
     """What Lark knows of a rule, as its tree builder reads it."""
     options = rule.options
     name = str(rule.origin.name)
@@ -287,6 +304,7 @@ def _rule(rule: Any) -> _Rule:
         nones=nones[-1],
         renames=single and len(rule.expansion) == 1 and plain and not nones[-1],
         single=single,
+        deep=int(str(rule.alias or name) not in flat),
         inlined=name.startswith("_"),
     )
 
