@@ -351,6 +351,8 @@ def test_fmt(place: Path, i2p: Run) -> None:
 
 
 def test_fmt_from_a_pipe() -> None:
+    done = process("fmt", "-", input="# A room.\nmap\n    ..\ncharacter   a  # him\n")
+    assert done.stdout == "# A room.\nmap\n    ..\ncharacter a  # him\n"
     done = process("fmt", "-", input="world   small\nlength 3\nsearch   naive\n")
     assert done == (DONE, WALK, "")
 
@@ -552,10 +554,12 @@ def test_quick_commands_import_only_what_they_need(shared: Path, script: Path) -
 def test_check_is_quick(shared: Path) -> None:
     times = []
     for _ in range(3):
-        began = time.perf_counter()
+        before = os.times()
         assert process("check", shared / "help.story").status == DONE
-        times.append(time.perf_counter() - began)
-    assert min(times) < 1.0  # half a second when the machine is quiet
+        after = os.times()
+        used = after.children_user + after.children_system
+        times.append(used - before.children_user - before.children_system)
+    assert min(times) < 1.5  # of processor time: half a second when the machine is quiet
 
 
 def test_a_reader_that_has_had_enough() -> None:
