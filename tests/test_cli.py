@@ -352,7 +352,7 @@ def test_fmt(place: Path, i2p: Run) -> None:
 
 def test_fmt_from_a_pipe() -> None:
     done = process("fmt", "-", input="# A room.\nmap\n    ..\ncharacter   a  # him\n")
-    assert done.stdout == "# A room.\nmap\n    ..\ncharacter a  # him\n"
+    assert done.out == "# A room.\nmap\n    ..\ncharacter a  # him\n"
     done = process("fmt", "-", input="world   small\nlength 3\nsearch   naive\n")
     assert done == (DONE, WALK, "")
 
