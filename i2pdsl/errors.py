@@ -27,9 +27,14 @@ class Source:
         return line, offset - self.line_starts[line - 1] + 1
 
     def line(self, number: int) -> str:
-        start = self.line_starts[number - 1]
-        end = self.text.find("\n", start)
-        return self.text[start : end if end >= 0 else len(self.text)].rstrip("\r")
+        start, end = self.line_range(number)
+        return self.text[start:end].rstrip("\r")
+
+    def line_range(self, number: int) -> tuple[int, int]:
+        """Where a line begins and ends, without its line feed."""
+        starts = self.line_starts
+        end = starts[number] - 1 if number < len(starts) else len(self.text)
+        return starts[number - 1], end
 
 
 @dataclass(frozen=True)
@@ -102,11 +107,27 @@ class StoryError(Exception):
 
     def __init__(self, diagnostics: list[Diagnostic] | tuple[Diagnostic, ...]):
         self.diagnostics = tuple(diagnostics)
-        super().__init__("\n".join(d.render() for d in self.diagnostics))
+        super().__init__(self.diagnostics)
+
+    def __str__(self) -> str:
+        return "\n".join(d.render() for d in self.diagnostics)
 
     def _render_traceback_(self) -> list[str]:
         """What IPython shows instead of a traceback."""
         return str(self).splitlines()
+
+
+MOST_SHOWN = 200  # mistakes of one file
+
+
+def first_of(problems: list[Diagnostic]) -> list[Diagnostic]:
+    """The first mistakes, and how many more there are: nobody reads thousands."""
+    more = len(problems) - MOST_SHOWN
+    if more <= 0:
+        return problems
+    message = f"and {more:,} more mistake{'' if more == 1 else 's'}, from here on"
+    last = Diagnostic("too-many", message, problems[MOST_SHOWN].span, "mend the first ones")
+    return [*problems[:MOST_SHOWN], last]
 
 
 def error(
@@ -123,13 +144,17 @@ def whole_file(name: str) -> Span:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """A hint that names the closest known word, or lists the known ones if they are few."""
-    words = sorted(set(known))
+    words = set(known)
     close = closest(word, words)
     if close:
         return f"did you mean `{close}`?"
     if 0 < len(words) <= 12:
-        return "known here: " + ", ".join(words)
+        return "known here: " + ", ".join(sorted(words))
     return None
+
+
+_MANY = 1000  # words that are too many to be compared with one by one
+_LONGEST_WORD = 60  # that can be a misspelling of another
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
@@ -138,7 +163,12 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     One slip of the hand (a letter left out, added, changed, or two exchanged) for every four
     letters, or the beginning of one known word only.
     """
-    words = sorted(set(known))
+    if len(word) > _LONGEST_WORD:
+        return None
+    among = known if isinstance(known, set | frozenset) else set(known)
+    if len(among) > _MANY:
+        return min(_one_change(word) & among, default=None)
+    words = sorted(among)
     plain = _folded(word)
     folded = {_folded(w): w for w in words}
     if plain in folded:
@@ -149,9 +179,6 @@ def closest(word: str, known: Iterable[str]) -> str | None:
         return min(near, key=lambda w: (near[w], w))
     begun = [w for f, w in folded.items() if len(plain) >= 3 and f.startswith(plain)]
     return begun[0] if len(begun) == 1 else None
-
-
-_LONGEST_WORD = 60  # letters; nobody misspells a longer name
 
 
 def _folded(word: str) -> str:
@@ -186,9 +213,22 @@ def _slips(a: str, b: str, most: int) -> int | None:
     return row[-1] if row[-1] <= most else None
 
 
+def _one_change(word: str) -> set[str]:
+    """The words that are one letter away: one less, one more, another, or two in other order."""
+    letters = {*word, *"abcdefghijklmnopqrstuvwxyz_0123456789"}
+    cuts = [(word[:i], word[i:]) for i in range(len(word) + 1)]
+    less = {a + b[1:] for a, b in cuts if b}
+    swapped = {a + b[1] + b[0] + b[2:] for a, b in cuts if len(b) > 1}
+    other = {a + c + b[1:] for a, b in cuts if b for c in letters}
+    return less | swapped | other | {a + c + b for a, b in cuts for c in letters}
+
+
+_LONGEST_PIECE = 1000  # characters of a text that are looked at to show its beginning
+
+
 def shorten(text: str) -> str:
     """A piece of a story on one line, cut where it is long, for use in a message."""
-    line = " ".join(text.split())
+    line = " ".join(text[:_LONGEST_PIECE].split())
     return line if len(line) <= 40 else line[:39] + "…"
 
 
@@ -210,17 +250,22 @@ _JOINERS = "\u200c\u200d"  # not printable by themselves, but letters of several
 def _excerpt(span: Span) -> str:
     """The source line with the span underlined; long lines are cut around the span."""
     line, column = span.source.position(span.start)
-    text = span.source.line(line).replace("\t", " ")
-    if not text.strip() and not span.text.strip():
-        return ""
-    length = max(1, min(span.end - span.start, len(text) - column + 1))
-    if len(text) > _WIDEST:
+    start, end = span.source.line_range(line)
+    while end > start and span.source.text[end - 1] == "\r":
+        end -= 1
+    length = max(1, min(span.end - span.start, end - start - column + 1))
+    if end - start <= _WIDEST:
+        text = span.source.text[start:end]
+    else:
         first = max(0, column - 1 - _WIDEST // 4)
-        cut = text[first : first + _WIDEST]
+        cut = span.source.text[start + first : min(end, start + first + _WIDEST)]
         column -= first
         text = ("…" if first else "") + cut + "…"
         column += 1 if first else 0
         length = min(length, _WIDEST)
+    text = text.replace("\t", " ")
+    if not text.strip(" …") and not span.text[:_WIDEST].strip():
+        return ""
     text = "".join(c if c.isprintable() or c in _JOINERS else "�" for c in text)
     gutter = f"{line:>5} | "
     before, marked = display_width(text[: column - 1]), text[column - 1 : column - 1 + length]

@@ -351,6 +351,8 @@ def test_fmt(place: Path, i2p: Run) -> None:
 
 
 def test_fmt_from_a_pipe() -> None:
+    done = process("fmt", "-", input="# A room.\nmap\n    ..\ncharacter   a  # him\n")
+    assert done.out == "# A room.\nmap\n    ..\ncharacter a  # him\n"
     done = process("fmt", "-", input="world   small\nlength 3\nsearch   naive\n")
     assert done == (DONE, WALK, "")
 
@@ -555,8 +557,9 @@ def test_check_is_quick(shared: Path) -> None:
         before = os.times()
         assert process("check", shared / "help.story").status == DONE
         after = os.times()
-        times.append(after.children_user - before.children_user)
-    assert min(times) < 1.0  # seconds of the processor, half of it when the machine is quiet
+        used = after.children_user + after.children_system
+        times.append(used - before.children_user - before.children_system)
+    assert min(times) < 1.5  # of processor time: half a second when the machine is quiet
 
 
 def test_a_reader_that_has_had_enough() -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import click
 
 from i2pdsl.commands.inputs import story_files
 from i2pdsl.commands.output import DONE, WRONG
+
+_MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, and no story
 
 
 @click.command()
@@ -24,7 +27,8 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
     for path in paths:
         if path == "-":
             source = decode(sys.stdin.buffer.read(), "standard input")
-            click.echo(format_source(source), nl=False)
+            form = format_world if _MAP.search(source.text) else format_source
+            click.echo(form(source), nl=False)
             continue
         for file in story_files(path):
             form = format_world if file.suffix == ".world" else format_source

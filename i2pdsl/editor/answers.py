@@ -8,6 +8,7 @@ from i2pdsl.editor.complete import complete
 from i2pdsl.editor.definition import definition, file_of
 from i2pdsl.editor.documents import Document
 from i2pdsl.editor.hover import hover
+from i2pdsl.editor.names import MOST_LOOKED_AT
 from i2pdsl.editor.outline import blocks, headings, signature_at
 from i2pdsl.editor.positions import Lines
 from i2pdsl.errors import Diagnostic, Span
@@ -122,8 +123,12 @@ def completions(document: Document, offset: int) -> lsp.CompletionList:
     if document.is_world:
         return lsp.CompletionList(False, [])
     found = complete(document.text, offset, document.around)
+    ranges: dict[tuple[int, int], lsp.Range] = {}
     items = []
     for number, completion in enumerate(c for c in found if c.kind not in _SIGNS):
+        place = completion.start, completion.end
+        if place not in ranges:
+            ranges[place] = _range(document.lines, *place)
         items.append(
             lsp.CompletionItem(
                 completion.text.removesuffix(" = "),
@@ -132,12 +137,11 @@ def completions(document: Document, offset: int) -> lsp.CompletionList:
                 documentation=completion.documentation or None,
                 sort_text=f"{number:04}",
                 filter_text=completion.text,
-                text_edit=lsp.TextEdit(
-                    _range(document.lines, completion.start, completion.end), completion.text
-                ),
+                text_edit=lsp.TextEdit(ranges[place], completion.text),
             )
         )
-    return lsp.CompletionList(False, items)
+    cut = len(document.around.module.names) > MOST_LOOKED_AT  # more may follow when more is typed
+    return lsp.CompletionList(cut, items)
 
 
 def hover_of(document: Document, offset: int) -> lsp.Hover | None:

@@ -94,7 +94,7 @@ def complete(text: str, offset: int, around: Surroundings, start: str = "file") 
     equals = bool(re.compile(r"[ \t]*=").match(text, offset))
     found: dict[str, Completion] = {}
     free = True  # whether any name may stand here
-    for offer in offers_at(reading, text, around, start):
+    for offer in offers_at(reading, text, around, start, typed):
         free = free and offer.kind in _LAST
         if offer.text.lower().startswith(typed.lower()):
             after = "" if equals else offer.after
@@ -113,9 +113,12 @@ def _completion(offer: Offer, start: int, end: int, after: str = "") -> Completi
 
 
 def offers_at(
-    reading: Reading, text: str, around: Surroundings, start: str = "file"
+    reading: Reading, text: str, around: Surroundings, start: str = "file", typed: str = ""
 ) -> Iterator[Offer]:
-    """All that can be written at the place up to which the reading goes, the likely first."""
+    """What can be written at the place up to which the reading goes, the likely first.
+
+    Of many lets and patterns only those that begin with what is `typed`, and not all.
+    """
     if reading.begins:
         yield from _statements(text, reading.start)
     if reading.accepts is None:
@@ -123,7 +126,7 @@ def offers_at(
     expression = start == "expression" or not (
         reading.tokens and reading.tokens[0].type in _STATEMENTS
     )
-    place = Place(tuple(enclosures(reading.tokens, expression)), reading.tokens, around)
+    place = Place(tuple(enclosures(reading.tokens, expression)), reading.tokens, around, typed)
     slot = place.slot()
     if reading.accepts & {"NAME", "NUMBER", "NAME_T"}:
         yield from _operands(place, slot, reading.accepts)

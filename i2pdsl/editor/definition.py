@@ -9,7 +9,7 @@ from pathlib import Path
 from lark import Token
 
 from i2pdsl.editor.enclosure import enclosures
-from i2pdsl.editor.hover import pattern_around, word_at
+from i2pdsl.editor.hover import is_named, pattern_around, word_at
 from i2pdsl.editor.reading import Reading, read_before
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source, Span, StoryError
@@ -36,14 +36,18 @@ def definition(text: str, offset: int, around: Surroundings, start: str = "file"
         return _library(ast.Name(span, word), around)
     if first == "world" and reading is not None and len(reading.tokens) == 1:
         return _world(word, around)
-    named = text[piece.end :].lstrip(" \t").startswith("=")
-    parameter = _parameter(word, reading, named, around)
+    parameter = _parameter(word, reading, is_named(text, piece.end), around)
     if parameter is not None:
         return parameter
     pattern = pattern_around(text, piece.start)
     for own in pattern.parameters if pattern is not None else ():
         if own.name.id == word:
             return own.name.span
+    # The text may have changed since its names were read.
+    own_name = re.compile(rf"^(?:let|pattern)[ \t]+({re.escape(word)})\b", re.M).search(text)
+    if own_name is not None:
+        here = Source(around.module.source.name, text)
+        return Span(here, own_name.start(1), own_name.end(1))
     found = around.module.find(word)
     return found.item.name.span if found is not None else _in_world(word, around)
 

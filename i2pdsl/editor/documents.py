@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 from i2pdsl.editor.positions import Lines
-from i2pdsl.editor.surroundings import Surroundings, surroundings
+from i2pdsl.editor.surroundings import Surroundings, at_a_glance, surroundings
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.check import check_source
 from i2pdsl.language.format import format_source
@@ -16,6 +16,7 @@ from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.blocks import format_world
 from i2pdsl.worlds.grid.parse import parse_world
 
+LARGE = 10_000  # characters of a text that is not read while an editor waits
 _log = logging.getLogger(__name__)
 
 
@@ -23,7 +24,7 @@ _log = logging.getLogger(__name__)
 class Document:
     """One version of a file; `path` is None where it has not been saved anywhere yet.
 
-    `language` is what the editor takes it for.
+    `language` is what the editor takes it for, `before` what was known of the version before.
     """
 
     uri: str
@@ -31,6 +32,7 @@ class Document:
     path: Path | None
     encoding: str = "utf-16"
     language: str = ""
+    before: Surroundings | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_world(self) -> bool:
@@ -52,9 +54,24 @@ class Document:
     def lines(self) -> Lines:
         return Lines(self.text, self.encoding)
 
-    @cached_property
+    @property
     def around(self) -> Surroundings:
+        """What is known around its places.
+
+        A large text is read beside the answers (`diagnostics`); until then it is what was known
+        of the version before, or the world alone.
+        """
+        if "read" in self.__dict__ or len(self.text) <= LARGE:
+            return self.read
+        return self.before or self.glance
+
+    @cached_property
+    def read(self) -> Surroundings:
         return surroundings(self.source, self.folder, find_vocabulary)
+
+    @cached_property
+    def glance(self) -> Surroundings:
+        return at_a_glance(self.source, self.folder, find_vocabulary)
 
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """The mistakes and warnings, as `i2p check` has them."""
@@ -62,6 +79,8 @@ class Document:
             if self.is_world:
                 parse_world(self.source, Path(self.name).stem)
                 return ()
+            if len(self.text) > LARGE:
+                _ = self.read  # before the mistakes: it is quicker, and waited for
             return check_source(self.source, find_vocabulary, self.folder).warnings
         except StoryError as problem:
             return problem.diagnostics

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -9,15 +10,14 @@ from i2pdsl.editor.colours import Piece, colour
 from i2pdsl.editor.complete import offers_at
 from i2pdsl.editor.names import definition_offer, latent_offer
 from i2pdsl.editor.offers import Offer
-from i2pdsl.editor.reading import read_before
+from i2pdsl.editor.reading import line_around, read_before, statement_around
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.editor.types import type_of
 from i2pdsl.editor.words import explanation
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.kinds import KINDS, parameter_kinds, result_kind
-from i2pdsl.language.parse import parse_expression, parse_tolerantly
-from i2pdsl.language.statements import room_for_nesting
+from i2pdsl.language.parse import parse_expression
 
 _SILENT = ("space", "comment", "number", "string", "operator", "sign", "bracket", "error")
 _TELLING = ("++", "@", "in")  # operators that are forms of the language
@@ -133,9 +133,8 @@ _NAMES = (
 def word_at(text: str, offset: int) -> Piece | None:
     """The word that the cursor touches; the one behind it, where it stands between two."""
     found = None
-    line = text.rfind("\n", 0, offset) + 1
-    end = text.find("\n", offset)
-    for piece in colour(text[line : end if end >= 0 else len(text)]):
+    line, end = line_around(text, offset)
+    for piece in colour(text[line:end]):
         start, stop = piece.start + line, piece.end + line
         told = piece.kind not in _SILENT or text[start:stop] in _TELLING
         if told and start <= offset <= stop:
@@ -148,8 +147,8 @@ def _offered(text: str, piece: Piece, word: str, around: Surroundings, start: st
     reading = read_before(text, piece.start, start)
     if reading is None or (reading.accepts is None and not reading.begins):
         return None
-    named = text[piece.end :].lstrip(" \t").startswith("=")
-    found = [o for o in offers_at(reading, text, around, start) if o.text == word]
+    named = is_named(text, piece.end)
+    found = [o for o in offers_at(reading, text, around, start, word) if o.text == word]
     found.sort(key=lambda o: (o.kind == "argument") != named)
     offer = found[0] if found else None
     if offer is not None and offer.kind == "parameter":
@@ -157,6 +156,14 @@ def _offered(text: str, piece: Piece, word: str, around: Surroundings, start: st
     if offer is None and piece.kind != "definition":
         return _own_parameter(text, piece, word, around)
     return offer
+
+
+_EQUALS = re.compile(r"[ \t]*=")
+
+
+def is_named(text: str, end: int) -> bool:
+    """Whether `=` follows a name that ends there."""
+    return _EQUALS.match(text, end) is not None
 
 
 def _own_parameter(text: str, piece: Piece, word: str, around: Surroundings) -> Offer | None:
@@ -173,22 +180,8 @@ def _own_parameter(text: str, piece: Piece, word: str, around: Surroundings) -> 
 
 def pattern_around(text: str, offset: int) -> ast.Pattern | None:
     """The pattern whose definition stands around a place."""
-    for statement in _statements(text):
-        if isinstance(statement, ast.Pattern) and _holds(statement, offset):
-            return statement
-    return None
-
-
-def _holds(node: ast.Node, offset: int) -> bool:
-    return node.span.start <= offset < node.span.end
-
-
-def _statements(text: str) -> tuple[ast.Statement, ...]:
-    try:
-        with room_for_nesting():
-            return parse_tolerantly(Source("", text))[0].statements
-    except StoryError:
-        return ()
+    statement = statement_around(text, offset)
+    return statement if isinstance(statement, ast.Pattern) else None
 
 
 def _known(word: str, around: Surroundings) -> Offer | None:
@@ -222,7 +215,8 @@ def _tops(text: str, offset: int, start: str) -> Iterator[ast.Node]:
         except StoryError:
             return
     else:
-        yield from (s for s in _statements(text) if _holds(s, offset))
+        statement = statement_around(text, offset)
+        yield from () if statement is None else (statement,)
 
 
 def _type(word: str, node: ast.Expr | None, offer: Offer | None, around: Surroundings) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from i2pdsl.editor.offers import OF_STATEMENTS, Offer
 from i2pdsl.editor.slots import Place, Slot
@@ -53,6 +54,7 @@ _BELIEFS = (
     ast.Probability, ast.Expectation, ast.Divergence, ast.Entropy, ast.Surprise, ast.Suspense,
     ast.Holds, ast.Reduction,
 )  # fmt: skip
+MOST_LOOKED_AT = 200  # lets and patterns; of more, those come first that begin as what is typed
 _CALCULATED = ("any", "number", "condition", "quantity", "quantity or value")
 
 
@@ -103,34 +105,54 @@ def _definitions(place: Place, slot: Slot) -> Iterator[Offer]:
         wanted = ("number",)
     elif not _SORTS[slot.kind]:
         return
-    for definition in place.around.definitions():
+    begun = (d for d in place.around.definitions() if _begins(d, place.typed))
+    for definition in islice(begun, MOST_LOOKED_AT):
         if definition.item.name.id == place.defined:
             continue
-        if slot.kind in _WITHOUT_BELIEFS and _believes(definition):
+        if slot.kind in _WITHOUT_BELIEFS and _believes(definition, place.around.believing):
             continue
         sort = place.around.sort(definition)
         if sort in wanted and (slot.time or sort != "shape"):
             yield definition_offer(definition)
 
 
-def _believes(definition: Definition) -> bool:
-    """Whether a definition, or one that it uses, has beliefs or sums over t in it."""
-    seen: set[int] = set()
-    waiting = [definition]
-    while waiting:
-        one = waiting.pop()
-        if id(one.item) in seen:
-            continue
-        seen.add(id(one.item))
-        body = one.item.value if isinstance(one.item, ast.Let) else one.item.body
-        for node in ast.walk(body):
-            if isinstance(node, _BELIEFS):
-                return True
-            name = node.callee.id if isinstance(node, ast.Call) else ""
-            used = one.module.find(node.id if isinstance(node, ast.Name) else name)
-            if used is not None:
-                waiting.append(used)
-    return False
+def _begins(definition: Definition, typed: str) -> bool:
+    return definition.item.name.id.lower().startswith(typed.lower())
+
+
+def _believes(definition: Definition, known: dict[int, bool]) -> bool:
+    """Whether a definition, or one that it uses, has beliefs or sums over t in it.
+
+    What is found on the way is put into `known`.
+    """
+    chain = {id(definition.item): definition}
+    waiting = {id(definition.item): list(_used(definition, known))}
+    while chain:
+        key = next(reversed(chain))
+        following = waiting[key].pop() if waiting[key] else None
+        if known.get(key) or following is None:
+            known.setdefault(key, False)
+            del chain[key]
+            if known[key] and chain:
+                known[next(reversed(chain))] = True
+        elif known.get(id(following.item)):
+            known[key] = True
+        elif id(following.item) not in known and id(following.item) not in chain:
+            chain[id(following.item)] = following
+            waiting[id(following.item)] = list(_used(following, known))
+    return known[id(definition.item)]
+
+
+def _used(definition: Definition, known: dict[int, bool]) -> Iterator[Definition]:
+    """The definitions that one uses; where it has beliefs in itself, that is noted."""
+    item = definition.item
+    for node in ast.walk(item.value if isinstance(item, ast.Let) else item.body):
+        if isinstance(node, _BELIEFS):
+            known[id(item)] = True
+        name = node.callee.id if isinstance(node, ast.Call) else ""
+        used = definition.module.find(node.id if isinstance(node, ast.Name) else name)
+        if used is not None:
+            yield used
 
 
 def _kind_of(latent: str, world: Vocabulary | None) -> str:

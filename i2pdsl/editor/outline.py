@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from i2pdsl.editor.enclosure import argument_name, enclosures
 from i2pdsl.editor.reading import read_before
 from i2pdsl.editor.surroundings import Surroundings
-from i2pdsl.errors import Source, Span, StoryError, shorten
+from i2pdsl.errors import Source, Span, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import STATEMENT_WORDS, word_named
-from i2pdsl.language.parse import parse_tolerantly
-from i2pdsl.language.statements import room_for_nesting, split_statements
+from i2pdsl.language.statements import Piece, split_statements
 from i2pdsl.worlds.grid.blocks import KEYWORDS, MAP
 
 
@@ -37,29 +37,44 @@ class Signature:
 
 
 def headings(source: Source) -> Iterator[Heading]:
-    """The statements of a story that can be read."""
-    try:
-        with room_for_nesting():
-            program, _ = parse_tolerantly(source)
-    except StoryError:
-        return
-    for statement in program.statements:
-        span = statement.span
-        keyword = span.text.split(None, 1)[0]
-        match statement:
-            case ast.Let() | ast.Pattern():
-                yield Heading(statement.name.id, keyword, span, statement.name.span)
-            case ast.World() | ast.Objective():
-                yield Heading(shorten(span.text), keyword, span, span)
+    """The statements of a story."""
+    for piece in _pieces(split_statements(source, STATEMENT_WORDS).pieces):
+        span, keyword = piece.span, piece.keyword
+        if keyword in ("let", "pattern"):
+            named = _NAMED.match(source.text, span.start, span.end)
+            if named is not None:
+                name_span = Span(source, named.start(1), named.end(1))
+                yield Heading(named.group(1), keyword, span, name_span)
+        elif keyword in ("world", "maximize", "minimize"):
+            yield Heading(shorten(source.text[span.start : span.end]), keyword, span, span)
+        elif not keyword:
+            yield Heading(piece.documentation, keyword, span, span)
+
+
+_NAMED = re.compile(r"\w+\s+([^\W\d]\w*)")
+_MOST = 500  # headings
+
+
+def _pieces(pieces: list[Piece]) -> list[Piece]:
+    """The first of many, and how many more there are."""
+    more = len(pieces) - _MOST
+    if more <= 0:
+        return [piece for piece in pieces if piece.keyword]
+    return [
+        *(p for p in pieces[:_MOST] if p.keyword),
+        Piece(pieces[_MOST].span, "", f"... {more:,} more"),
+    ]
 
 
 def blocks(source: Source) -> Iterator[Heading]:
     """The blocks of a world."""
-    for piece in split_statements(source, KEYWORDS, drawn=MAP).pieces:
+    for piece in _pieces(split_statements(source, KEYWORDS, drawn=MAP).pieces):
+        head = Span(source, piece.span.start, piece.span.start + len(piece.keyword))
         if piece.keyword in KEYWORDS:
             name = shorten(piece.span.text.split("\n", 1)[0])
-            head = Span(source, piece.span.start, piece.span.start + len(piece.keyword))
             yield Heading(name, piece.keyword, piece.span, head)
+        elif not piece.keyword:
+            yield Heading(piece.documentation, "", piece.span, head)
 
 
 def signature_at(

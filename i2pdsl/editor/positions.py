@@ -6,6 +6,7 @@ import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
@@ -22,29 +23,34 @@ class Lines:
 
     @cached_property
     def starts(self) -> list[int]:
+        if "\r" not in self.text:
+            return [0, *accumulate(len(line) + 1 for line in self.text.split("\n")[:-1])]
         return [0, *(found.end() for found in _LINE_END.finditer(self.text))]
 
     def position(self, offset: int) -> tuple[int, int]:
         """Line and character, from 0, of an offset in the text."""
         offset = max(0, min(offset, len(self.text)))
         line = bisect_right(self.starts, offset) - 1
-        return line, sum(map(self.units, self.text[self.starts[line] : offset]))
+        return line, self.units(self.text[self.starts[line] : offset])
 
     def offset(self, line: int, character: int) -> int:
-        """The offset of a place; behind the end of its line, or of the text, it is that end."""
+        """The offset of a place; behind the end of its line, or of the text, it is that end.
+
+        A place inside a character is before it.
+        """
         if line >= len(self.starts):
             return len(self.text)
-        offset, end = self.starts[line], len(self.text)
-        ending = _LINE_END.search(self.text, offset)
+        start, end = self.starts[line], len(self.text)
+        ending = _LINE_END.search(self.text, start)
         if ending is not None:
             end = ending.start()
-        while offset < end and character > 0:
-            character -= self.units(self.text[offset])
-            offset += character >= 0  # a place inside a character is before it
-        return offset
+        units = lambda length: self.units(self.text[start : start + length])
+        return start + bisect_right(range(end - start + 1), max(0, character), key=units) - 1
 
-    def units(self, character: str) -> int:
-        """The units that a character counts."""
-        if self.encoding == "utf-16":
-            return 2 if character > "\uffff" else 1
-        return len(character.encode("utf-8", "replace")) if self.encoding == "utf-8" else 1
+    def units(self, text: str) -> int:
+        """The units that a piece of a line counts."""
+        if text.isascii() or self.encoding not in ("utf-8", "utf-16"):
+            return len(text)
+        if self.encoding == "utf-8":
+            return len(text.encode("utf-8", "replace"))
+        return len(text.encode("utf-16-le", "surrogatepass")) // 2

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lark import Token
-from lark.exceptions import UnexpectedInput
-from lark.utils import TextSlice
 
 from i2pdsl.editor.colours import Piece, colour
-from i2pdsl.errors import Source
+from i2pdsl.errors import Source, Span, StoryError
+from i2pdsl.language import ast
+from i2pdsl.language.build import Builder
 from i2pdsl.language.builtins import STATEMENT_WORDS
-from i2pdsl.language.parse import grammar
-from i2pdsl.language.statements import DEEPEST, LONGEST_FILE, split_statements
+from i2pdsl.language.parse import statement_tree, tables
+from i2pdsl.language.statements import (
+    DEEPEST,
+    LONGEST_FILE,
+    room_for_nesting,
+    split_statements,
+)
+from i2pdsl.language.tables import UnexpectedError
 
 _KEYWORD_LINE = re.compile(rf"^(?:{'|'.join(STATEMENT_WORDS)})\b", re.MULTILINE)
-_WORD = re.compile(r"\w*\Z")
+_LONGEST = 40_000  # characters of a statement before the cursor that are read
+_WIDEST = 10_000  # of a line around it
+_LONGEST_BROKEN = 2_000  # of one with mistakes, which is read in many ways
 _OPENERS = ("LPAR", "LSQB", "LBRACE", "BIG_OPEN")
 _CLOSERS = ("RPAR", "RSQB", "RBRACE")
 _TRIED = 12  # brackets around a mistake that are looked into
@@ -48,8 +56,9 @@ def read_before(text: str, offset: int, start: str, ended: bool = False) -> Read
     """
     if len(text) > LONGEST_FILE:
         return None
-    found = _WORD.search(text, 0, offset)
-    begin = found.start() if found else offset
+    begin = offset
+    while begin > 0 and (text[begin - 1].isalnum() or text[begin - 1] == "_"):
+        begin -= 1
     last = _last_piece(text, begin, offset)
     if last is not None and last.kind in ("comment", "string"):
         closed = last.kind == "string" and last.end - last.start > 1 and text[last.end - 1] == '"'
@@ -79,9 +88,17 @@ def read_before(text: str, offset: int, start: str, ended: bool = False) -> Read
     return Reading(begin, begins, tokens, accepts)
 
 
+def line_around(text: str, offset: int) -> tuple[int, int]:
+    """Where the line of a place begins and ends; of a very long one, what is near the place."""
+    start, end = text.rfind("\n", 0, offset) + 1, text.find("\n", offset)
+    if offset - start > _WIDEST:
+        start = text.rfind(" ", start, offset - _WIDEST // 2) + 1 or offset - _WIDEST // 2
+    return start, min(end if end >= 0 else len(text), offset + _WIDEST)
+
+
 def _last_piece(text: str, begin: int, offset: int) -> Piece | None:
     """The piece of the line that ends at the cursor."""
-    line = text.rfind("\n", 0, offset) + 1
+    line, _ = line_around(text, offset)
     last = None
     for piece in colour(text[line:offset]):
         last = piece
@@ -90,12 +107,38 @@ def _last_piece(text: str, begin: int, offset: int) -> Piece | None:
 
 def _statement_start(text: str, end: int) -> int | None:
     """Where the statement around `end` begins."""
-    tail = 0
-    for found in _KEYWORD_LINE.finditer(text, 0, end):
-        tail = found.start()
+    tail = _keyword_before(text, end)
     cut = split_statements(Source("", text[tail:end]), STATEMENT_WORDS)
     starts = [*(p.span.start for p in cut.pieces), *(s.start for s in cut.unread)]
     return tail + max(starts) if starts else None
+
+
+def _keyword_before(text: str, end: int) -> int:
+    """The last line that begins with a keyword; the text's beginning if there is none."""
+    tail = 0
+    for found in _KEYWORD_LINE.finditer(text, 0, end):
+        tail = found.start()
+    return tail
+
+
+def statement_around(text: str, offset: int) -> ast.Statement | None:
+    """The statement around a place, if it can be read."""
+    start = _keyword_before(text, text.find("\n", offset) + 1 or len(text))
+    following = _KEYWORD_LINE.search(text, start + 1)
+    end = following.start() if following is not None else len(text)
+    if end - start > _LONGEST:
+        return None
+    source = Source("", text)
+    for piece in split_statements(Source("", text[start:end]), STATEMENT_WORDS).pieces:
+        span = Span(source, start + piece.span.start, start + piece.span.end)
+        if span.start <= offset < span.end:
+            try:
+                with room_for_nesting():
+                    tree = statement_tree(replace(piece, span=span))
+                    return Builder(source, piece.documentation).statement(tree)
+            except StoryError:
+                return None
+    return None
 
 
 def _after_word(text: str, start: int) -> int:
@@ -116,23 +159,28 @@ def _read(
     Where that is wrong, its brackets are tried from the outermost in, and then with what stood
     in their earlier parts left out.
     """
-    whole = _parse(TextSlice(text, begin, end), rule)
-    if whole is not None:
-        return whole
+    if end - begin <= _LONGEST:
+        whole = _parse(text, begin, end, rule)
+        if whole is not None:
+            return whole
+    elif sum(text.count(c, begin, end) for c in "([{") > DEEPEST:
+        return (), None
+    if end - begin > _LONGEST_BROKEN:
+        begin = text.find(" ", end - _LONGEST_BROKEN, end) + 1 or end
     for fragment in _fragments(text[begin:end]):
-        part = _parse(TextSlice(fragment, 0, len(fragment)), "expression")
+        part = _parse(fragment, 0, len(fragment), "expression")
         if part is not None:
             return part
     return (), None
 
 
-def _parse(text: TextSlice[str], rule: str) -> tuple[tuple[Token, ...], frozenset[str]] | None:
-    parser = grammar().parse_interactive(text, rule)
+def _parse(
+    text: str, begin: int, end: int, rule: str
+) -> tuple[tuple[Token, ...], frozenset[str]] | None:
     try:
-        tokens = parser.exhaust_lexer()
-    except UnexpectedInput:
+        return tables().read(text, begin, end, rule)
+    except UnexpectedError:
         return None
-    return tuple(tokens), frozenset(parser.accepts())
 
 
 def _fragments(text: str) -> Iterator[str]:

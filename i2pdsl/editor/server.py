@@ -1,16 +1,18 @@
 """The language server: pygls on the outside, the other modules of this package inside.
 
-Texts are sent whole at every change; they are checked a moment after the last one. Needs the
-extra `lsp`.
+Texts are sent whole at every change; they are checked a moment after the last one, and formatted,
+by a thread of their own: requests about a large text are answered meanwhile. Needs the extra `lsp`.
 """
 
 from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TypeVar
 
 from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
@@ -19,6 +21,7 @@ from pygls.uris import to_fs_path
 from i2pdsl.editor import answers
 from i2pdsl.editor.documents import Document
 
+T = TypeVar("T")
 PAUSE = 0.08  # seconds after the last change before a text is checked
 _TRIGGERS = [" ", "=", "(", "[", "{", "|", ",", ":", ";", "@"]
 
@@ -30,6 +33,7 @@ class StoryServer(LanguageServer):
         super().__init__("i2p", _version(), lsp.TextDocumentSyncKind.Full)
         self.open: dict[str, Document] = {}
         self.checks: dict[str, asyncio.Task[None]] = {}
+        self.worker = ThreadPoolExecutor(1, "i2p-check")
 
     def document(self, uri: str) -> Document:
         """The present version of a document."""
@@ -40,8 +44,9 @@ class StoryServer(LanguageServer):
             encoding = self.workspace.position_encoding or "utf-16"
             encoding = str(getattr(encoding, "value", encoding))
             path = to_fs_path(uri) if uri.startswith("file:") else None
-            known = Document(uri, text, Path(path) if path else None, encoding, language)
-            self.open[uri] = known
+            before = known.around if known is not None else None
+            file = Path(path) if path else None
+            known = self.open[uri] = Document(uri, text, file, encoding, language, before)
         return known
 
     def place(self, uri: str, position: lsp.Position) -> tuple[Document, int]:
@@ -57,7 +62,14 @@ class StoryServer(LanguageServer):
 
     async def _check(self, uri: str, pause: float) -> None:
         await asyncio.sleep(pause)
-        self.publish(uri, answers.diagnostics(self.document(uri)))
+        document = self.document(uri)
+        found = await self.aside(answers.diagnostics, document)
+        if self.open.get(uri) is document:
+            self.publish(uri, found)
+
+    def aside(self, work: Callable[[Document], T], document: Document) -> asyncio.Future[T]:
+        """Work that takes long for a large text, done one after the other in a thread."""
+        return asyncio.get_running_loop().run_in_executor(self.worker, work, document)
 
     def publish(self, uri: str, found: Sequence[lsp.Diagnostic]) -> None:
         number = self.workspace.get_text_document(uri).version
@@ -128,10 +140,10 @@ def build_server() -> StoryServer:
         return answers.signature_of(*ls.place(params.text_document.uri, params.position))
 
     @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
-    def formatting(
+    async def formatting(
         ls: StoryServer, params: lsp.DocumentFormattingParams
     ) -> list[lsp.TextEdit] | None:
-        return answers.edits(ls.document(params.text_document.uri))
+        return await ls.aside(answers.edits, ls.document(params.text_document.uri))
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(ls: StoryServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:

@@ -83,11 +83,12 @@ class Slot:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a word stands: the brackets around it, and the names of an enclosing pattern."""
+    """Where a word stands: the brackets around it, and what of it is `typed` already."""
 
     stack: tuple[Enclosure, ...]
     tokens: tuple[Token, ...]
     around: Surroundings
+    typed: str = ""
 
     @property
     def keyword(self) -> str:

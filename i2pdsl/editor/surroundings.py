@@ -42,6 +42,11 @@ class Surroundings:
     length: int = 10
 
     @cached_property
+    def believing(self) -> dict[int, bool]:
+        """Whether definitions have beliefs in them, by their ids, as far as it is known."""
+        return {}
+
+    @cached_property
     def _inference(self) -> Inference:
         return Inference()
 
@@ -58,6 +63,13 @@ class Surroundings:
         yield from self.module.names.values()
         standard = standard_library().names
         yield from (d for name, d in standard.items() if name not in self.module.names)
+
+
+def at_a_glance(source: Source, folder: Path | None, find_world: FindWorld) -> Surroundings:
+    """The world of a text that takes long to be read."""
+    module = Module(source)
+    vocabulary = _vocabulary(ast.Program(source, ()), module, folder, find_world)
+    return Surroundings(vocabulary, module, folder, Path(source.name))
 
 
 def surroundings(source: Source, folder: Path | None, find_world: FindWorld) -> Surroundings:

@@ -14,6 +14,7 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import default_assumption
 
 _PLACES = ("", "event", "quantity", "start")  # where an expression may make sense
+_MOST_NODES = 500  # of an expression whose type is asked for
 _WORDS = {
     "script": "script",
     "prefix": "the first frames of a script",
@@ -29,6 +30,7 @@ def type_of(node: ast.Expr, around: Surroundings, module: Module | None = None) 
     if world is None:
         return ""
     elaborator = Elaborator(world, around.length, _ignore, query=True)
+    elaborator.most_nodes = _MOST_NODES
     elaborator.assumption = default_assumption(world)
     env = Env(module or around.module, times=range(1, around.length + 1))
     with room_for_nesting():

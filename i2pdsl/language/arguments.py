@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from i2pdsl.errors import Span, closest, did_you_mean
+from i2pdsl.errors import Span, closest
 from i2pdsl.language import ast
 
 
@@ -30,23 +30,23 @@ def bind(
     `is_known` must hold; `latents` are what a misspelt one may have meant.
     """
     parameters = [p.name.id for p in pattern.parameters]
+    known = set(parameters)
     hint = f"its signature: {pattern.signature}"
     bound: dict[str, ast.Expr] = {}
-    free = list(parameters)
+    free = (name for name in parameters if name not in bound)
     for argument in node.arguments:
         value = argument.value
-        if argument.name is not None and argument.name.id in parameters:
+        if argument.name is not None and argument.name.id in known:
             name = argument.name.id
             if name in bound:
                 raise MismatchError(f"`{name}` is given twice", argument.span, hint)
         else:
             if argument.name is not None:
                 value = _comparison(argument, argument.name, pattern, is_known, latents)
-            if not free:
+            name = next(free, "")
+            if not name:
                 message = f"too many arguments for `{pattern.name.id}`"
                 raise MismatchError(message, argument.span, hint)
-            name = free[0]
-        free.remove(name)
         bound[name] = value
     missing = [
         f"`{p.name.id}`" for p in pattern.parameters if p.default is None and p.name.id not in bound
@@ -77,10 +77,10 @@ def _comparison(
     raise MismatchError(message, name.span, hint)
 
 
-def unknown_call_hint(name: str, known: Iterable[str]) -> str | None:
+def unknown_call_hint(name: str, meant: Callable[[], str | None]) -> str | None:
     """What a call of an unknown function or pattern was meant to be."""
     if name in ("sum", "mean"):
         return f"write `{name}_t EXPRESSION`"
     if name.lower() in ("p", "pr", "prob", "probability"):
         return "write `P(EVENT | script[:t])`"
-    return did_you_mean(name, known)
+    return meant()

@@ -26,6 +26,8 @@ from i2pdsl.language.evaluate import (
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import Latent, show_value
 
+MOST_FACTORS = 400  # that are no constants, in one product
+
 
 class Arithmetic(Elaboration):
     """Numbers and truth values."""
@@ -70,9 +72,11 @@ class Arithmetic(Elaboration):
         return Item("pair", (first, second))
 
     def on_sum(self, node: ast.Sum, env: Env) -> Item:
-        sums = [any(isinstance(x, ast.Reduction) for x in ast.walk(n)) for n in node.terms]
-        after = [env.after_sum or any(sums[:i]) for i in range(len(sums))]
-        places = [replace(env, after_sum=a) for a in after]
+        places, place = [], env
+        for term in node.terms:
+            places.append(place)
+            if not place.after_sum and any(isinstance(x, ast.Reduction) for x in ast.walk(term)):
+                place = replace(env, after_sum=True)
         terms = self.each(
             [lambda n=n, e=e: self.number(n, e) for n, e in zip(node.terms, places, strict=True)]  # type: ignore[misc]
         )
@@ -88,6 +92,9 @@ class Arithmetic(Elaboration):
         for operator, factor in zip(node.operators, factors[1:], strict=True):
             name = "multiply" if operator == "*" else "divide"
             result = self.apply(name, (result, factor), node, env)
+            if getattr(result, "height", 0) > MOST_FACTORS:
+                message = f"a product of more than {MOST_FACTORS} factors"
+                raise self.fail("nesting", message, node.span, env, "name parts of it with `let`")
         return Item("number", result)
 
     def on_negative(self, node: ast.Negative, env: Env) -> Item:
@@ -244,6 +251,7 @@ class Arithmetic(Elaboration):
         parts = self.each(
             [lambda i=i: self.compare("=", node.item, i, env) for i in node.items.items]  # type: ignore[misc]
         )
+        parts = list(dict.fromkeys(parts))
         return Item("truth", parts[0] if len(parts) == 1 else ty.Apply("or", tuple(parts)))
 
     def compare(self, operator: str, left: ast.Expr, right: ast.Expr, env: Env) -> ty.Typed:

@@ -411,6 +411,15 @@ class Program:
         return [s for s in self.statements if isinstance(s, kind)]
 
 
+_fields: dict[type, tuple[str, ...]] = {}
+
+
+def _field_names(kind: type[Node]) -> tuple[str, ...]:
+    if kind not in _fields:
+        _fields[kind] = tuple(f.name for f in fields(kind) if f.name != "span")
+    return _fields[kind]
+
+
 def children(node: Node) -> Iterator[Node]:
     """The expressions directly below a node; the names of callees and parameters are none."""
     match node:
@@ -420,8 +429,8 @@ def children(node: Node) -> Iterator[Node]:
             yield script
             yield from (part.place for part in turn if isinstance(part, Fall))
         case _:
-            for f in fields(node):
-                value = getattr(node, f.name)
+            for name in _field_names(node.__class__):
+                value = getattr(node, name)
                 for part in value if isinstance(value, tuple) else (value,):
                     if isinstance(part, Node):
                         yield part

@@ -30,11 +30,11 @@ class Calls(Beliefs):
             raise self.fail(
                 "call", f"`{name}` is not a pattern and takes no arguments", node.span, env
             )
-        known = {*env.module.known_patterns(), *FUNCTIONS, *self.world.predicates}
+        known = lambda: {*env.module.known_patterns(), *FUNCTIONS, *self.world.predicates}
         if env.module.is_lost(name, known):
             raise Stop
         message = f"there is no pattern or function `{shorten(name)}`"
-        hint = unknown_call_hint(name, known)
+        hint = unknown_call_hint(name, lambda: env.module.meant(name, known))
         span = node.callee.span
         self.report(Diagnostic("unknown-pattern", message, span, hint, env.notes()))
         self.check_arguments(node, env)

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
+from i2pdsl.errors import (
+    Diagnostic,
+    Note,
+    Source,
+    Span,
+    StoryError,
+    closest,
+    did_you_mean,
+    first_of,
+    shorten,
+)
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
@@ -61,8 +72,9 @@ def check_source(
         result = checker.run()
     errors = [d for d in checker.problems if d.severity == "error"]
     if errors or result is None:
-        raise StoryError(_in_order(errors, source))
-    warnings = tuple(_in_order([d for d in checker.problems if d.severity != "error"], source))
+        raise StoryError(first_of(_in_order(errors, source)))
+    found = [d for d in checker.problems if d.severity != "error"]
+    warnings = tuple(first_of(_in_order(found, source)))
     return replace(result, warnings=warnings)
 
 
@@ -90,6 +102,7 @@ class _Checker:
         self.find_world = find_world
         self.folder = folder
         self.problems: list[Diagnostic] = []
+        self.values: dict[str, ty.Typed] = {}  # of the objectives so far, by their texts
 
     def problem(
         self, code: str, message: str, span: Span, hint: str | None = None, *notes: Note
@@ -134,7 +147,7 @@ class _Checker:
         """Whether a statement that could not be read may be the one that seems to be missing."""
         for span in self.program.unread:
             text = span.text.split()
-            keyword = closest(text[0], STATEMENT_WORDS) if text else None
+            keyword = _meant(text[0]) if text else None
             if keyword is None or keyword in words or any(w in text[1:] for w in words):
                 return True
         return False
@@ -272,7 +285,12 @@ class _Checker:
             return None
         conditions: list[ty.Typed] = []
         places: list[Span] = []
+        seen: set[str] = set()
         for statement in self.program.of(ast.Start):
+            text = statement.condition.span.text
+            if text in seen:
+                continue
+            seen.add(text)
             try:
                 env = replace(self.env, inside="start")
                 value = self.elaborator.truth(statement.condition, env)
@@ -330,10 +348,21 @@ class _Checker:
         return found
 
     def objective(self, statement: ast.Objective) -> tuple[int, ty.Typed] | None:
-        try:
-            return statement.sign, self.elaborator.number(statement.value, self.env)
-        except Stop:
-            return None
+        text = statement.value.span.text
+        value = self.values.get(text)
+        if value is None:
+            try:
+                value = self.elaborator.number(statement.value, self.env)
+            except Stop:
+                return None
+            self.values[text] = value
+        return statement.sign, value
+
+
+@cache
+def _meant(word: str) -> str | None:
+    """The statement that a word was meant to begin."""
+    return closest(word, STATEMENT_WORDS)
 
 
 BUILT_IN = ("hill",)  # worlds that are no .world files

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
+from i2pdsl.errors import Diagnostic, Note, Span, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import FUNCTIONS
@@ -17,6 +16,7 @@ from i2pdsl.language.statements import DEEPEST
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
 MOST_NODES = 50_000  # of an expression once all patterns are put in
+MOST_IN_ALL = 150_000  # of all expressions of a story
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -41,6 +41,25 @@ class Item:
     kind: str
     value: Any
     latent: Latent | None = None
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What a `let` was found to be, or None if it has a mistake; its size, put in."""
+
+    item: Item | None
+    nodes: int
+    height: int
+
+
+_methods: dict[type, str] = {}
+
+
+def _method(kind: type) -> str:
+    """The name of the method for a class of nodes."""
+    if kind not in _methods:
+        _methods[kind] = f"on_{kind.__name__.lower()}"
+    return _methods[kind]
 
 
 KINDS = {
@@ -82,7 +101,12 @@ class Elaboration:
         self.entities = (*vocabulary.characters, *vocabulary.things)
         self.used: set[int] = set()  # ids of the lets and patterns that were put in somewhere
         self.depth = 0
-        self.nodes = 0
+        self.nodes = 0  # of the expression at hand
+        self.all_nodes = 0
+        self.most_nodes = MOST_NODES
+        self.highest = 0  # how deep it was nested so far
+        self.is_full = False  # whether it was reported that there are too many parts
+        self.lets: dict[Any, _Known] = {}
         self.time_missed = False  # whether a `t` outside a sum was reported in this expression
         self.moment: ty.Moment | None = None  # the frame of the enclosing [... @ script[k]]
         self.places: dict[int, tuple[ty.Typed, Span, Env]] = {}  # where operations were written
@@ -136,28 +160,32 @@ class Elaboration:
             raise Stop
         return results
 
-    @contextmanager
-    def entering(self, node: ast.Node, env: Env) -> Iterator[None]:
+    def enter(self, node: ast.Node, env: Env, nodes: int = 1, height: int = 1) -> None:
+        """Counts an expression: its `nodes`, and how deep it is nested in itself."""
         if self.depth == 0:
-            self.nodes = 0
+            self.nodes = self.highest = 0
             self.time_missed = False
-            self.places.clear()
-        self.depth += 1
-        self.nodes += 1
-        try:
-            if self.depth > DEEPEST + 20:
-                hint = "name the parts with `let`" if not env.uses else None
-                raise self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
-            if self.nodes == MOST_NODES:
-                message = f"the patterns grow to more than {MOST_NODES:,} parts when put in"
-                raise self.fail(
-                    "nesting", message, node.span, env, "use fewer patterns in patterns"
-                )
-            if self.nodes > MOST_NODES:
-                raise Stop
-            yield
-        finally:
-            self.depth -= 1
+        before, self.nodes = self.nodes, self.nodes + nodes
+        self.all_nodes += nodes
+        self.highest = max(self.highest, self.depth + height)
+        if self.depth + height > DEEPEST + 20:
+            hint = "name the parts with `let`" if not env.uses else None
+            raise self.fail("nesting", f"nested deeper than {DEEPEST}", node.span, env, hint)
+        if self.nodes >= self.most_nodes or self.all_nodes >= MOST_IN_ALL:
+            raise self.too_large(before, node, env)
+
+    def too_large(self, before: int, node: ast.Node, env: Env) -> Stop:
+        """Reports once that an expression, or the whole story, has too many parts."""
+        if self.all_nodes >= MOST_IN_ALL:
+            if self.is_full:
+                return Stop()
+            self.is_full = True
+            message = f"the story grows to more than {MOST_IN_ALL:,} parts when patterns are put in"
+        elif before >= self.most_nodes:
+            return Stop()
+        else:
+            message = f"the patterns grow to more than {self.most_nodes:,} parts when put in"
+        return self.fail("nesting", message, node.span, env, "use fewer patterns in patterns")
 
     def can_hold(self, mask: ty.Mask) -> bool:
         """Whether a condition leaves every viewer a hypothesis with a prior above 0."""
@@ -211,9 +239,13 @@ class Elaboration:
     # Expressions.
 
     def item(self, node: ast.Expr, env: Env) -> Item:
-        with self.entering(node, env):
-            method = getattr(self, f"on_{type(node).__name__.lower()}")
-            return method(node, env)
+        self.enter(node, env)
+        self.depth += 1
+        try:
+            item: Item = getattr(self, _method(node.__class__))(node, env)
+        finally:
+            self.depth -= 1
+        return item
 
     # Names.
 
@@ -226,9 +258,7 @@ class Elaboration:
         if found is not None:
             if isinstance(found.item, ast.Pattern):
                 return self.item(ast.Call(node.span, node, ()), env)
-            inner = self.outside(self.inside_let(node, found.item, found.module, env), env)
-            self.check_recursion(name, node.span, env)
-            return self.item(found.item.value, inner)
+            return self.let(node, found.item, found.module, env)
         if name in self.world.latents:
             latent = self.world.latents[name]
             kind = latent.kind if env.inside in BELIEVED else "symbol"
@@ -237,6 +267,34 @@ class Elaboration:
             return Item("number", ty.Constant(math.pi))
         raise self.unknown_name(node, env)
 
+    def let(self, node: ast.Name, let: ast.Let, module: Module, env: Env) -> Item:
+        """What a `let` stands for: looked at once for all the places where it means the same."""
+        is_summed = env.sum_span is not None
+        place = (env.times, is_summed, env.after_sum, env.inside, self.assumption)
+        is_plain = env.reached is None and self.moment is None
+        key = (id(let), id(self.world), *place) if is_plain else None
+        known = self.lets.get(key) if key is not None else None
+        if known is not None:
+            if known.item is not None:
+                self.enter(node, env, known.nodes, known.height)
+        else:
+            inner = self.outside(self.inside_let(node, let, module, env), env)
+            self.check_recursion(node.id, node.span, env)
+            nodes, highest = self.nodes, self.highest
+            self.highest = self.depth
+            try:
+                item: Item | None = self.item(let.value, inner)
+            except Stop:
+                item = None
+            known = _Known(item, self.nodes - nodes, self.highest - self.depth)
+            self.highest = max(highest, self.highest)
+            # A `t` outside a sum is reported once, maybe not in this `let`.
+            if key is not None and not (item is None and self.time_missed):
+                self.lets[key] = known
+        if known.item is None:
+            raise Stop
+        return known.item
+
     def inside_let(self, node: ast.Name, let: ast.Let, module: Module, env: Env) -> Env:
         """The names that the value of a `let` was written among."""
         self.used.add(id(let))
@@ -244,12 +302,15 @@ class Elaboration:
 
     def outside(self, definition: Env, use: Env) -> Env:
         """The names of where an expression was written, the time of where it is put in."""
-        return replace(
-            definition,
-            times=use.times,
-            reached=use.reached,
-            sum_span=use.sum_span,
-            inside=use.inside,
+        return Env(
+            definition.module,
+            definition.names,
+            use.times,
+            use.reached,
+            use.sum_span,
+            definition.after_sum,
+            use.inside,
+            definition.uses,
         )
 
     def check_recursion(self, name: str, span: Span, env: Env) -> None:
@@ -315,11 +376,9 @@ class Elaboration:
     def is_unknown(self, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is a name that means nothing."""
         node, env = self.strip(node, env)
-        return isinstance(node, ast.Name) and node.id not in (
-            *env.module.known(),
-            *self.world.latents,
-            "pi",
-        )
+        if not isinstance(node, ast.Name) or node.id in self.world.latents or node.id == "pi":
+            return False
+        return env.module.find(node.id) is None
 
     def unknown_name(self, node: ast.Name, env: Env) -> Stop:
         name = node.id
@@ -342,11 +401,11 @@ class Elaboration:
         elif name in FUNCTIONS:
             message = f"`{name}` needs its arguments"
             hint = f"write `{FUNCTIONS[name].signature}`"
-        elif env.module.is_lost(name, self.known(env)):
+        elif env.module.is_lost(name, lambda: self.known(env)):
             return Stop()
         else:
             message = f"unknown name `{shorten(name)}`"
-            hint = "write `rho`" if name == "ρ" else did_you_mean(name, self.known(env))
+            hint = "write `rho`" if name == "ρ" else env.module.meant(name, lambda: self.known(env))
         return self.fail("unknown-name", message, node.span, env, hint)
 
     def known(self, env: Env) -> set[str]:

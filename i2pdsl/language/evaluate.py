@@ -9,12 +9,11 @@ from dataclasses import replace
 from typing import Any
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.typed import is_pure
 from i2pdsl.language.vocabulary import Value
 
 Row = Mapping[str, Value]
 """A hypothesis: the values of the latents that play a part in it."""
-
-_PURE = (ty.Constant, ty.TimeIndex, ty.TimeTable, ty.Symbol, ty.LatentValue, ty.PerHypothesis)
 
 
 def _power(a: float, b: float) -> float:
@@ -48,11 +47,6 @@ COMPARISONS: dict[str, tuple[str, Callable[[Any, Any], bool]]] = {
     ">": ("greater", lambda a, b: a > b),
 }
 _COMPARE = dict(COMPARISONS.values())
-
-
-def is_pure(node: object) -> bool:
-    """Whether an expression needs neither frames nor beliefs."""
-    return all(isinstance(n, (*_PURE, ty.Apply, ty.Points)) for n in ty.walk(node))
 
 
 def evaluate(node: Any, t: int | None = None, row: Row | None = None) -> Any:

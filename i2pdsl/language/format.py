@@ -9,13 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from lark import Token, Tree
 
-from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.errors import Diagnostic, Source, StoryError, first_of
+from i2pdsl.language.build import Builder
 from i2pdsl.language.builtins import STATEMENT_WORDS
-from i2pdsl.language.parse import parse, statement_tree
-from i2pdsl.language.statements import Cut, Piece, room_for_nesting, split_statements
+from i2pdsl.language.parse import few_unknown, statement_tree
+from i2pdsl.language.statements import Cut, Piece, check_text, room_for_nesting, split_statements
 
 INDENT = 4
 _TAB = 4
@@ -32,23 +34,33 @@ _KEPT_IN_INDEX = frozenset(("PLUS", "MINUS"))  # script[:t-1]
 
 def format_source(source: Source) -> str:
     """The text of a story in the usual layout. Raises StoryError if it cannot be parsed."""
-    parse(source)
+    check_text(source)
     with room_for_nesting():
-        return format_statements(source, split_statements(source, STATEMENT_WORDS), statement_tree)
+        return format_statements(source, split_statements(source, STATEMENT_WORDS), _tree)
+
+
+def _tree(piece: Piece, mistakes: int) -> Tree[Token]:
+    """The tree of a statement that has a meaning."""
+    tree = statement_tree(piece, mistakes)
+    Builder(piece.span.source).statement(tree)
+    return tree
 
 
 def format_statements(
     source: Source,
     cut: Cut,
-    parse: Callable[[Piece], Tree[Token]],
+    parse: Callable[[Piece, int], Tree[Token]],
     drawn: frozenset[str] = frozenset(),
 ) -> str:
-    """The text of statements in the usual layout; those in `drawn` stay as they are."""
+    """The text of statements in the usual layout; those in `drawn` stay as they are.
+
+    `parse` is told how many mistakes there are before a statement.
+    """
     words: list[_Word] = []
     problems: list[Diagnostic] = list(cut.problems)
     for piece in cut.pieces:
         try:
-            tree = parse(piece)
+            tree = parse(piece, len(problems))
         except StoryError as problem:
             problems.extend(problem.diagnostics)
             continue
@@ -59,7 +71,8 @@ def format_statements(
         else:
             words.extend(_statement(tree, source.text))
     if problems:
-        raise StoryError(sorted(problems, key=lambda d: d.span.start))
+        problems.sort(key=lambda d: d.span.start)
+        raise StoryError(first_of(few_unknown(problems)))
     return _layout(source.text, words)
 
 
@@ -80,11 +93,8 @@ class _Word:
 
 def _statement(tree: Tree[Token], text: str) -> Iterator[_Word]:
     tokens = list(_tokens(tree, False))
-    margins = [
-        _width(text[text.rfind("\n", 0, token.start_pos) + 1 : token.start_pos])
-        for token, _, _ in tokens[1:]
-        if _begins_line(text, token)
-    ]
+    gaps = (text[a.end_pos : b.start_pos] for (a, _, _), (b, _, _) in pairwise(tokens))
+    margins = [_width(gap[gap.rindex("\n") + 1 :]) for gap in gaps if "\n" in gap]
     margin = min(margins, default=0)
     before: tuple[Token, str, bool] | None = None
     for entry in tokens:
@@ -112,11 +122,6 @@ def _tokens(tree: Tree[Token], indexed: bool) -> Iterator[tuple[Token, str, bool
             yield part, "sign" if signs else rule, indexed
 
 
-def _begins_line(text: str, token: Token) -> bool:
-    assert token.start_pos is not None
-    return not text[text.rfind("\n", 0, token.start_pos) + 1 : token.start_pos].strip()
-
-
 def _width(indentation: str) -> int:
     return len(indentation.expandtabs(_TAB))
 
@@ -142,7 +147,9 @@ def _spaced(before: tuple[Token, str, bool], after: tuple[Token, str, bool], tex
 def _is_tight(operator: Token, text: str) -> bool:
     """Whether an operator was written without spaces on both sides."""
     assert operator.start_pos is not None
-    around = text[operator.start_pos - 1 : operator.start_pos], text[operator.end_pos :][:1]
+    assert operator.end_pos is not None
+    start, end = operator.start_pos, operator.end_pos
+    around = text[start - 1 : start], text[end : end + 1]
     return not any(c.isspace() or c == "#" for c in around)
 
 

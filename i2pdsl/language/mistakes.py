@@ -6,10 +6,10 @@ import re
 import unicodedata
 
 from lark import Token
-from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
+from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
 _WORDS = {
@@ -67,6 +67,7 @@ _EXAMPLES = {
     "map": "map, and the rows of the map in indented lines",
 }
 _TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
+_MARK = re.compile(r'["#()\[\]{}]')
 _HINTS_FOR_CHARACTERS = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -83,13 +84,11 @@ _HINTS_FOR_CHARACTERS = {
 }
 
 
-def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
-    """The diagnostic for Lark's error in the statement at `span`."""
-    if isinstance(problem, UnexpectedToken):
-        return _unexpected_token(problem, source, span)
-    assert isinstance(problem, UnexpectedCharacters)
-    start = problem.pos_in_stream
-    assert start is not None
+def explain(problem: UnexpectedError, source: Source, span: Span) -> Diagnostic:
+    """The diagnostic for what the parser did not expect in the statement at `span`."""
+    if problem.token is not None:
+        return _unexpected_token(problem, problem.token, source, span)
+    start = problem.start
     character, pair = source.text[start], source.text[start : start + 2]
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     hint = _HINTS_FOR_CHARACTERS.get(pair) or _HINTS_FOR_CHARACTERS.get(character)
@@ -97,20 +96,20 @@ def explain(problem: UnexpectedInput, source: Source, span: Span) -> Diagnostic:
         hint = "write the letter and its mark as one character, as most keyboards do"
     if character == ".":
         hint = "numbers need digits on both sides of the point: `0.5`"
-        if source.text[:start].endswith(".."):
+        if source.text[max(0, start - 2) : start] == "..":
             hint = "a range has two dots: `1..5`"
     place = Span(source, start, start + 1)
     return Diagnostic("syntax", f"the character `{shown}` has no meaning here", place, hint)
 
 
-def _unexpected_token(problem: UnexpectedToken, source: Source, span: Span) -> Diagnostic:
-    token = problem.token
-    expected = set(problem.accepts or problem.expected)
-    before = _token_before(problem)
+def _unexpected_token(
+    problem: UnexpectedError, token: Token, source: Source, span: Span
+) -> Diagnostic:
+    expected, before = set(problem.expected), problem.before
     if before is not None and before.type == "NAME" and str(before) in RESERVED:
         token = before  # `2 * if c ...`: the lexer takes the word for a name
         expected = {"NUMBER", "SCRIPT_KW", "NAME"}
-    if token.type == "$END":
+    if token.type == END:
         return _ends_too_early(source, span, expected, before)
     assert token.start_pos is not None
     place = Span(source, token.start_pos, token.start_pos + len(token))
@@ -124,15 +123,6 @@ def _unexpected_token(problem: UnexpectedToken, source: Source, span: Span) -> D
     wanted = _expectation(expected, _opener(source, span, place.start))
     message = f"unexpected `{shorten(str(token))}`"
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
-
-
-def _token_before(problem: UnexpectedToken) -> Token | None:
-    """The token right before the one that was not expected."""
-    history = problem.token_history
-    if history and history[0] is not None:
-        return history[0]
-    values = getattr(problem.state, "value_stack", None)
-    return values[-1] if values and isinstance(values[-1], Token) else None
 
 
 def _may_be_name(expected: set[str]) -> bool:
@@ -219,25 +209,26 @@ def _hint(
 def _opener(source: Source, span: Span, end: int) -> str:
     """The bracket that is open at `end`, or the word right before it, as `P` of `P(`."""
     open_at: list[int] = []
-    quoted = commented = False
-    for i in range(span.start, end):
-        c = source.text[i]
-        if commented:
-            commented = c != "\n"
-        elif c == '"':
-            quoted = not quoted
-        elif quoted:
+    closed = span.start  # what is before is not looked at: a comment, a text in quotes
+    for mark in _MARK.finditer(source.text, span.start, end):
+        i, c = mark.start(), mark.group()
+        if i < closed:
             continue
-        elif c == "#":
-            commented = True
+        if c in '#"':
+            close = source.text.find("\n" if c == "#" else c, i + 1, end)
+            closed = end if close < 0 else close + 1
         elif c in "([{":
             open_at.append(i)
-        elif c in ")]}" and open_at:
+        elif open_at:
             open_at.pop()
     if not open_at:
         return ""
-    before = re.search(r"\w*$", source.text[span.start : open_at[-1]])
-    return (before.group() if before else "") or source.text[open_at[-1]]
+    begin = open_at[-1]
+    while begin > span.start and (
+        source.text[begin - 1].isalnum() or source.text[begin - 1] == "_"
+    ):
+        begin -= 1
+    return source.text[begin : open_at[-1]] or source.text[open_at[-1]]
 
 
 def _expectation(expected: set[str], opener: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from i2pdsl.errors import Diagnostic, did_you_mean, shorten
+from i2pdsl.errors import Diagnostic, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind, unknown_call_hint
 from i2pdsl.language.builtins import FUNCTIONS
@@ -40,17 +40,23 @@ class _Names:
         self.parameters = parameters
         self.world = world
         self.report = report
-        self.known: set[str] = {*parameters, *module.known(), *FUNCTIONS, "pi"}
-        if world is not None:
-            values = {str(v) for latent in world.latents.values() for v in latent.values}
-            self.known |= {*world.latents, *values, *world.places, *world.predicates}
-            self.known |= {*world.characters, *world.things, *world.actions, *world.events}
+
+    def is_known(self, name: str) -> bool:
+        if name in self.parameters or name in FUNCTIONS or name == "pi":
+            return True
+        if self.module.find(name) is not None:
+            return True
+        return self.world is not None and name in self.world.words
+
+    def known(self) -> set[str]:
+        words = self.world.words if self.world is not None else ()
+        return {*self.parameters, *self.module.known(), *FUNCTIONS, "pi", *words}
 
     def visit(self, node: ast.Node, seen: bool) -> None:
         """`seen` is whether a predicate of an unknown world may stand here."""
         match node:
             case ast.Name():
-                if self.world is not None and node.id not in self.known:
+                if self.world is not None and not self.is_known(node.id):
                     self.unknown(node)
             case ast.Call():
                 self.call(node, seen)
@@ -65,7 +71,7 @@ class _Names:
         if self.module.is_lost(node.id, self.known):
             return
         message = f"unknown name `{shorten(node.id)}`"
-        hint = did_you_mean(node.id, self.known)
+        hint = self.module.meant(node.id, self.known)
         self.report(Diagnostic("unknown-name", message, node.span, hint))
 
     def call(self, node: ast.Call, seen: bool) -> None:
@@ -93,14 +99,14 @@ class _Names:
             message = f"`{name}` is not a pattern and takes no arguments"
             self.report(Diagnostic("call", message, node.span))
         elif name not in predicates and not (seen and self.world is None):
-            known = {*self.module.known_patterns(), *FUNCTIONS, *predicates}
+            known = lambda: {*self.module.known_patterns(), *FUNCTIONS, *predicates}
             if self.module.is_lost(name, known):
                 return
             message = f"there is no pattern or function `{shorten(name)}`"
-            meant = unknown_call_hint(name, known)
+            meant = unknown_call_hint(name, lambda: self.module.meant(name, known))
             self.report(Diagnostic("unknown-pattern", message, node.callee.span, meant))
         for argument in node.arguments:
             self.visit(argument.value, seen)
 
     def may_be_compared(self, name: str) -> bool:
-        return self.world is None or name in self.known
+        return self.world is None or self.is_known(name)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedInput
-from lark.utils import TextSlice
 
-from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest
+from i2pdsl.errors import MOST_SHOWN, Diagnostic, Source, Span, StoryError, closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.build import Builder
 from i2pdsl.language.builtins import STATEMENT_WORDS
@@ -25,6 +24,7 @@ from i2pdsl.language.statements import (
     split_statements,
     too_deep,
 )
+from i2pdsl.language.tables import Tables, UnexpectedError
 from i2pdsl.resources import data_folder
 
 MOST_UNKNOWN = 10  # lines that begin no statement, of a text that is no story, that are reported
@@ -42,6 +42,12 @@ def grammar() -> Lark:
         propagate_positions=True,
         maybe_placeholders=True,
     )
+
+
+@cache
+def tables() -> Tables:
+    """The same grammar, for a faster driver."""
+    return Tables(grammar(), _FLAT)
 
 
 def parse_file(path: Path | str) -> ast.Program:
@@ -62,18 +68,30 @@ def parse_tolerantly(source: Source) -> tuple[ast.Program, list[Diagnostic]]:
     check_text(source)
     pieces, unread, problems = split_statements(source, STATEMENT_WORDS)
     statements = []
-    for piece in pieces:
-        try:
-            builder = Builder(source, piece.documentation)
-            with room_for_nesting():
-                statements.append(builder.statement(statement_tree(piece)))
-        except StoryError as problem:
-            problems.extend(problem.diagnostics)
-            unread.append(piece.span)
+    with room_for_nesting():
+        for piece in pieces:
+            try:
+                builder = Builder(source, piece.documentation)
+                statements.append(builder.statement(statement_tree(piece, len(problems))))
+            except StoryError as problem:
+                problems.extend(problem.diagnostics)
+                unread.append(piece.span)
     problems.sort(key=lambda d: d.span.start)
+    return ast.Program(source, tuple(statements), tuple(unread)), few_unknown(problems)
+
+
+def few_unknown(problems: list[Diagnostic]) -> list[Diagnostic]:
+    """Without the many lines that begin no statement, of a text that is no story."""
     unknown = [d for d in problems if d.code == "statement"]
-    problems = [d for d in problems if d not in unknown[MOST_UNKNOWN:]]
-    return ast.Program(source, tuple(statements), tuple(unread)), problems
+    more = len(unknown) - MOST_UNKNOWN
+    if more <= 0:
+        return problems
+    last = unknown[MOST_UNKNOWN - 1]
+    counted = f"and {more:,} more line{' begins' if more == 1 else 's begin'} no statement"
+    told = replace(last, hint=f"{last.hint} ({counted})" if last.hint else counted)
+    left_out = set(map(id, unknown[MOST_UNKNOWN:]))
+    kept = (d for d in problems if id(d) not in left_out)
+    return [told if d is last else d for d in kept]
 
 
 def parse_expression(source: Source) -> ast.Expr:
@@ -89,14 +107,20 @@ def parse_expression(source: Source) -> ast.Expr:
         return Builder(source).expression(parse_tree(source, span, "expression"))
 
 
-def statement_tree(piece: Piece) -> Tree[Token]:
-    """Lark's tree of a statement. Raises StoryError."""
+def statement_tree(piece: Piece, mistakes: int = 0) -> Tree[Token]:
+    """Lark's tree of a statement. Raises StoryError.
+
+    `mistakes` is how many there are before it: those that are not shown are not explained either.
+    """
     if piece.keyword not in STATEMENT_WORDS:
-        raise StoryError([_no_statement(piece)])
-    return parse_tree(piece.span.source, piece.span, "statement")
+        raise StoryError([_no_statement(piece, mistakes)])
+    return parse_tree(piece.span.source, piece.span, "statement", mistakes)
 
 
-def _no_statement(piece: Piece) -> Diagnostic:
+def _no_statement(piece: Piece, mistakes: int) -> Diagnostic:
+    if mistakes > MOST_SHOWN:
+        start = Span(piece.span.source, piece.span.start, piece.span.start + 1)
+        return Diagnostic("statement", "this begins no statement", start)
     text, word = piece.span.text, piece.keyword
     close = closest(word, STATEMENT_WORDS) if word else None
     if close:
@@ -107,31 +131,37 @@ def _no_statement(piece: Piece) -> Diagnostic:
         hint = "an objective begins with `maximize`"
     else:
         hint = "a statement begins with one of " + ", ".join(STATEMENT_WORDS)
-    shown = word or (text[:1] if text[:1].isprintable() else f"U+{ord(text[0]):04X}")
+    shown = shorten(word) or (text[:1] if text[:1].isprintable() else f"U+{ord(text[0]):04X}")
     span = Span(piece.span.source, piece.span.start, piece.span.start + max(1, len(word)))
     return Diagnostic("statement", f"`{shown}` begins no statement", span, hint)
 
 
-def parse_tree(source: Source, span: Span, start: str) -> Tree[Token]:
+def parse_tree(source: Source, span: Span, start: str, mistakes: int = 0) -> Tree[Token]:
     """Lark's tree of a part of a text. Raises StoryError."""
     try:
-        tree = grammar().parse(TextSlice(source.text, span.start, span.end), start=start)
-    except UnexpectedInput as problem:
+        tree = tables().parse(source.text, span.start, span.end, start)
+    except UnexpectedError as problem:
+        if mistakes > MOST_SHOWN:
+            place = Span(source, problem.start, min(problem.start + 1, span.end))
+            raise StoryError([Diagnostic("syntax", "this cannot be read", place)]) from None
         raise StoryError([explain(problem, source, span)]) from None
-    _check_depth(tree, source)
+    if tree.meta.depth > DEEPEST + 10:  # type: ignore[attr-defined]
+        raise too_deep(_too_deep(tree, source))
     return tree
 
 
-def _check_depth(tree: Tree[Token], source: Source) -> None:
-    """Nesting without brackets (`not not ...`, `- - ...`) counts too. Without recursion."""
+def _too_deep(tree: Tree[Token], source: Source) -> Span:
+    """A part that is nested too deeply. Nesting without brackets (`not not ...`, `- - ...`) counts
+    too. Without recursion."""
     stack: list[tuple[Tree[Token], int]] = [(tree, 0)]
     while stack:
         node, depth = stack.pop()
         if node.data not in _FLAT:
             depth += 1
             if depth > DEEPEST + 10:
-                raise too_deep(Span(source, node.meta.start_pos, node.meta.end_pos))
+                break
         stack.extend((child, depth) for child in node.children if isinstance(child, Tree))
+    return Span(source, node.meta.start_pos, node.meta.end_pos)
 
 
 _FLAT = frozenset(("group", "argument", "argument_named", "given", "settings", "set", "turn"))

@@ -8,7 +8,18 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, error, shorten
+from i2pdsl.errors import (
+    MOST_SHOWN,
+    Diagnostic,
+    Note,
+    Source,
+    Span,
+    StoryError,
+    closest,
+    did_you_mean,
+    error,
+    shorten,
+)
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.naming import same_name, with_marks
@@ -38,6 +49,7 @@ class Module:
     names: dict[str, Definition] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)  # defined by statements that could not be read
     incomplete: bool = False  # an import failed: other names may be missing
+    guesses: int = MOST_SHOWN  # misspelt names that may still be looked up: that takes time
 
     def find(self, name: str) -> Definition | None:
         found = self.names.get(name)
@@ -50,9 +62,17 @@ class Module:
         """All names that mean something here."""
         return set(self.names) | set(standard_library().names)
 
-    def is_lost(self, name: str, known: Iterable[str]) -> bool:
+    def is_lost(self, name: str, known: Callable[[], Iterable[str]]) -> bool:
         """Whether an unknown name follows from a mistake that was reported already."""
-        return name in self.unread or (self.incomplete and closest(name, known) is None)
+        if name in self.unread or not self.incomplete:
+            return name in self.unread
+        self.guesses -= 1
+        return self.guesses < 0 or closest(name, known()) is None
+
+    def meant(self, name: str, known: Callable[[], Iterable[str]]) -> str | None:
+        """A hint what an unknown name may have meant, for as many as are shown."""
+        self.guesses -= 1
+        return did_you_mean(name, known()) if self.guesses >= 0 else None
 
     def known_patterns(self) -> set[str]:
         """The names that can be called."""
@@ -150,6 +170,7 @@ class _Importer:
         self.report = report
         self.loaded: dict[Path, Module] = {}
         self.trail: list[tuple[Path, Span]] = []
+        self.guesses = MOST_SHOWN  # what missing libraries may have been
 
     def tell(self, problem: Diagnostic) -> None:
         """Reports a mistake in a library together with the imports that led there."""
@@ -157,7 +178,11 @@ class _Importer:
         self.report(replace(problem, notes=(*problem.notes, *notes)))
 
     def add_imports(self, module: Module, program: ast.Program, folder: Path | None) -> None:
+        seen: set[ast.Name | ast.Text] = set()
         for statement in program.of(ast.Import):
+            if statement.target in seen:
+                continue
+            seen.add(statement.target)
             try:
                 libraries = self.library(statement, folder)
             except StoryError as problem:
@@ -173,7 +198,8 @@ class _Importer:
     def library(self, statement: ast.Import, folder: Path | None) -> list[Module]:
         """The modules of an import: one, or those of a folder, which know each other's names."""
         here = statement.target.span
-        paths = [p.resolve() for p in find_library(statement.target, folder)]
+        self.guesses -= 1
+        paths = [p.resolve() for p in find_library(statement.target, folder, self.guesses >= 0)]
         if len(paths) == 1 and paths[0].suffix == COMPILED:
             return [compiled_library(paths[0], here)]
         if any(path in paths for path, _ in self.trail):
@@ -265,8 +291,13 @@ def _check_parameters(pattern: ast.Pattern, report: Callable[[Diagnostic], None]
         seen.add(name.id)
 
 
-def find_library(target: ast.Name | ast.Text, folder: Path | None) -> list[Path]:
-    """The files of `import NAME` or `import "path"`: beside the importing file, else standard."""
+def find_library(
+    target: ast.Name | ast.Text, folder: Path | None, guess: bool = True
+) -> list[Path]:
+    """The files of `import NAME` or `import "path"`: beside the importing file, else standard.
+
+    Raises StoryError, with a `guess` what may have been meant.
+    """
     here = folder or Path()
     patterns = data_folder("stories") / "patterns"
     if isinstance(target, ast.Text):
@@ -280,8 +311,10 @@ def find_library(target: ast.Name | ast.Text, folder: Path | None) -> list[Path]
         files = _library_files(path)
         if files:
             return files
-    stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
-    stems |= {p.stem for p in here.glob(f"*{COMPILED}")}
+    stems: set[str] = set()
+    if guess:
+        stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
+        stems |= {p.stem for p in here.glob(f"*{COMPILED}")}
     message = f"there is no library `{shorten(shown)}`"
     close = closest(shown, stems)
     hint = "a library is NAME.story, NAME.i2plib or a folder of stories, beside this file"

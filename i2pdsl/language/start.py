@@ -10,6 +10,7 @@ from i2pdsl.language.vocabulary import Vocabulary
 
 Cell = tuple[int, int]
 MOST_TRIALS = 20_000  # partial states; beyond them the search for a start decides
+_USUAL = 20  # parts of a condition; of longer ones fewer states are tried
 
 
 def can_start(condition: ty.Typed, world: Vocabulary) -> bool | None:
@@ -22,12 +23,13 @@ def can_start(condition: ty.Typed, world: Vocabulary) -> bool | None:
     named = {a for n in ty.walk(condition) if isinstance(n, ty.Feature) for a in n.arguments}
     order = sorted(range(len(entities)), key=lambda e: (e not in named, e))
     cells = sorted(world.free)
+    cost = sum(1 for _ in ty.walk(condition))  # of one trial
     trials = 0
 
     def place(placed: dict[int, Cell | None]) -> bool | None:
         nonlocal trials
         trials += 1
-        if trials > MOST_TRIALS:
+        if trials * max(cost, _USUAL) > MOST_TRIALS * _USUAL:
             return None
         if _holds(condition, placed) is False:
             return False

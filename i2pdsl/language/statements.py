@@ -7,7 +7,9 @@ none in the others.
 from __future__ import annotations
 
 import errno
+import re
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,18 +26,38 @@ DEEPEST = 200  # nesting (language.md)
 
 _OPENERS = {"(": ")", "[": "]", "{": "}"}
 _CLOSERS = {closer: opener for opener, closer in _OPENERS.items()}
+_NO_TEXT = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
+_MARK = re.compile(r'["#()\[\]{}]')  # what a line is cut by
+_WORD = re.compile(r"\w*")
 _FRAMES = 40 * DEEPEST  # of Python's stack: what the deepest story that is allowed may need
+
+
+class _Recursion:
+    """The limit is the interpreter's: the first thread raises it, the last one lowers it."""
+
+    lock = threading.Lock()
+    users = 0
+    usual = 0
+
+
+_recursion = _Recursion()
 
 
 @contextmanager
 def room_for_nesting() -> Iterator[None]:
-    """Lets Python recurse as deeply as a story may be nested."""
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _FRAMES))
+    """Lets Python recurse as deeply as a story may be nested; several threads may be in here."""
+    with _recursion.lock:
+        if _recursion.users == 0:
+            _recursion.usual = sys.getrecursionlimit()
+            sys.setrecursionlimit(max(_recursion.usual, _FRAMES))
+        _recursion.users += 1
     try:
         yield
     finally:
-        sys.setrecursionlimit(before)
+        with _recursion.lock:
+            _recursion.users -= 1
+            if _recursion.users == 0:
+                sys.setrecursionlimit(_recursion.usual)
 
 
 @dataclass(frozen=True)
@@ -96,10 +118,10 @@ def check_text(source: Source) -> None:
     if len(source.text) > LONGEST_FILE:
         message = f"the file has {len(source.text):,} characters; at most {LONGEST_FILE:,} are read"
         raise error("too-long", message, Span(source, 0, 0))
-    for offset, character in enumerate(source.text):
-        if (character < " " and character not in "\n\r\t\f") or character == "\x7f":
-            message = f"this is not text: character U+{ord(character):04X}"
-            raise error("not-text", message, Span(source, offset, offset + 1))
+    found = _NO_TEXT.search(source.text)
+    if found is not None:
+        message = f"this is not text: character U+{ord(found.group()):04X}"
+        raise error("not-text", message, Span(source, found.start(), found.end()))
 
 
 def split_statements(
@@ -113,8 +135,13 @@ def split_statements(
     keyword is in `drawn` (a map) are taken as they are: `#` is a wall there, not a comment.
     """
     cutter = _Cutter(source, frozenset(keywords), drawn)
-    for number, offset in enumerate(source.line_starts, 1):
-        cutter.line(source.line(number), offset)
+    offset = 0
+    for line in source.text.split("\n"):
+        if line:
+            cutter.line(line.rstrip("\r"), offset)
+        else:
+            cutter.comments = []
+        offset += len(line) + 1
     cutter.finish()
     return Cut(cutter.pieces, cutter.unread, cutter.problems)
 
@@ -181,29 +208,37 @@ class _Cutter:
 
     def scan(self, line: str, offset: int) -> None:
         """Follows brackets and quotes through a line, up to its comment."""
-        i = 0
-        while i < len(line) and line[i] != "#":
-            c = line[i]
+        end = len(line)  # where its comment begins
+        found = _MARK.search(line)
+        while found is not None:
+            i, c = found.start(), found.group()
+            if c == "#":
+                end = i
+                break
+            after = i + 1
             if c == '"':
                 close = line.find('"', i + 1)
                 if close < 0:
                     span = Span(self.source, offset + i, offset + len(line))
                     self.problem(Diagnostic("string", "the text is never closed", span, 'add `"`'))
-                    close = len(line) - 1
-                i = close
+                    break
+                after = close + 1
             elif c in _OPENERS:
                 self.brackets.append((c, offset + i))
-                if len(self.brackets) > DEEPEST:
+                if len(self.brackets) > DEEPEST and not self.broken:
                     self.problem(_too_deep(Span(self.source, offset + i, offset + i + 1)))
-            elif c in _CLOSERS:
+            else:
                 self.close(c, offset + i)
-            if not c.isspace():
-                self.end = offset + i + 1
-            i += 1
+            found = _MARK.search(line, after)
+        written = len(line[:end].rstrip())
+        if written:
+            self.end = offset + written
 
     def close(self, closer: str, offset: int) -> None:
         if self.brackets and self.brackets[-1][0] == _CLOSERS[closer]:
             self.brackets.pop()
+            return
+        if self.broken:
             return
         span = Span(self.source, offset, offset + 1)
         if not self.brackets:
@@ -246,7 +281,6 @@ def _too_deep(span: Span) -> Diagnostic:
 
 
 def _first_word(line: str) -> str:
-    end = 0
-    while end < len(line) and (line[end].isalnum() or line[end] == "_"):
-        end += 1
-    return line[:end]
+    found = _WORD.match(line)
+    assert found is not None
+    return found.group()

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 Mask = tuple[bool, ...]
 """One truth value for each hypothesis: an event or a condition."""
@@ -65,12 +67,20 @@ class Apply:
     operation: str
     arguments: tuple[Typed, ...]
 
-    @property
+    @cached_property
     def axes(self) -> Axes:
-        axes = NO_AXES
-        for argument in self.arguments:
-            axes = axes | argument.axes
-        return axes
+        every = [argument.axes for argument in self.arguments]
+        return Axes(any(a.hypothesis for a in every), any(a.time for a in every))
+
+    @cached_property
+    def is_pure(self) -> bool:
+        """Whether it needs neither frames nor beliefs."""
+        return all(is_pure(argument) for argument in self.arguments)
+
+    @cached_property
+    def height(self) -> int:
+        """How deep its operations are nested."""
+        return 1 + max((getattr(a, "height", 0) for a in self.arguments), default=0)
 
 
 @dataclass(frozen=True)
@@ -307,14 +317,33 @@ Typed = (
 )
 
 
+_PURE = (Constant, TimeIndex, TimeTable, Symbol, LatentValue, PerHypothesis)
+
+
+def is_pure(node: object) -> bool:
+    """Whether an expression needs neither frames nor beliefs."""
+    if isinstance(node, Apply):
+        return node.is_pure
+    return isinstance(node, _PURE) or (isinstance(node, Points) and is_pure(node.at))
+
+
 def children(node: object) -> Iterator[object]:
     """The typed nodes, givens and moments directly below a node."""
-    for f in fields(node):  # type: ignore[arg-type]
-        value = getattr(node, f.name)
+    for name in _field_names(node.__class__):
+        value = getattr(node, name)
         if isinstance(value, tuple) and value and hasattr(value[0], "axes"):
             yield from value
         elif hasattr(value, "axes"):
             yield value
+
+
+_fields: dict[type, tuple[str, ...]] = {}
+
+
+def _field_names(kind: type[Any]) -> tuple[str, ...]:
+    if kind not in _fields:
+        _fields[kind] = tuple(f.name for f in fields(kind))
+    return _fields[kind]
 
 
 def walk(node: object) -> Iterator[object]:

@@ -25,6 +25,7 @@ _BELIEFS = (
 # What depends on the sum that a `let` will be put into.
 _DEPENDS_ON_USE = ("index", "range", "arithmetic", "free-time", "nested-sum", "certain", "type")
 _REPORTED_HERE = ("recursion",)
+_LONGEST_SHOWN = 12  # names of a circle
 
 
 def check_unused(
@@ -37,10 +38,11 @@ def check_unused(
     used = elaborator.used if elaborator is not None else set()
     unused = [d for d in program.statements if isinstance(d, ast.Let | ast.Pattern)]
     unused = [d for d in unused if id(d) not in used]
+    probe = _probe(elaborator, report) if elaborator is not None else None
     for definition in unused:
-        if isinstance(definition, ast.Let) and elaborator is not None:
-            if id(definition) not in elaborator.used:
-                _check_let(definition, module, elaborator, report)
+        if isinstance(definition, ast.Let) and probe is not None:
+            if id(definition) not in probe.used:
+                _check_let(definition, module, probe, report)
             continue
         world = elaborator.world if elaborator is not None else None
         parameters: list[str] = []
@@ -56,15 +58,8 @@ def check_unused(
     _check_circles(unused, module, report)
 
 
-def _check_let(let: ast.Let, module: Module, elaborator: Elaborator, report: Report) -> None:
-    """Elaborates a `let` as what it seems to be: an event, a quantity, or a number over t."""
-    parts = list(ast.walk(let.value))
-    calls = {p.callee.id for p in parts if isinstance(p, ast.Call)}
-    names = {p.id for p in parts if isinstance(p, ast.Name)}
-    names |= {a.name.id for p in parts if isinstance(p, ast.Call) for a in p.arguments if a.name}
-    if isinstance(let.value, ast.Name) or calls & elaborator.world.predicates.keys():
-        check_names(let.value, module, (), elaborator.world, report)
-        return
+def _probe(elaborator: Elaborator, report: Report) -> Elaborator:
+    """Elaborates what nothing uses, and reports what is wrong wherever it will be put in."""
 
     def report_certain(problem: Diagnostic) -> None:
         if problem.code not in (*_DEPENDS_ON_USE, *_REPORTED_HERE):
@@ -72,10 +67,22 @@ def _check_let(let: ast.Let, module: Module, elaborator: Elaborator, report: Rep
 
     probe = Elaborator(elaborator.world, elaborator.length, report_certain, query=True)
     probe.assumption, probe.used = elaborator.assumption, elaborator.used
-    env = Env(module, times=range(1, elaborator.length + 1))
+    return probe
+
+
+def _check_let(let: ast.Let, module: Module, probe: Elaborator, report: Report) -> None:
+    """Elaborates a `let` as what it seems to be: an event, a quantity, or a number over t."""
+    parts = list(ast.walk(let.value))
+    calls = {p.callee.id for p in parts if isinstance(p, ast.Call)}
+    names = {p.id for p in parts if isinstance(p, ast.Name)}
+    names |= {a.name.id for p in parts if isinstance(p, ast.Call) for a in p.arguments if a.name}
+    if isinstance(let.value, ast.Name) or calls & probe.world.predicates.keys():
+        check_names(let.value, module, (), probe.world, report)
+        return
+    env = Env(module, times=range(1, probe.length + 1))
     if any(isinstance(p, ast.ValueOf) for p in parts):
         env = replace(env, inside="quantity")
-    elif names & elaborator.world.latents.keys():
+    elif names & probe.world.latents.keys():
         env = replace(env, inside="event")
     if any(isinstance(p, _BELIEFS) for p in parts):
         env = replace(env, inside="")
@@ -91,22 +98,33 @@ def _check_circles(
     """Reports each circle of definitions once, where it closes."""
     ours = {d.name.id: d for d in definitions}
     done: set[str] = set()
-
-    def visit(name: str, chain: tuple[str, ...]) -> None:
-        for used in _used_names(ours[name]):
-            if used.id in chain:
-                shown = " -> ".join((*chain[chain.index(used.id) :], used.id))
-                message = f"`{used.id}` is defined by itself: {shown}"
-                report(Diagnostic("recursion", message, used.span))
-                done.update(chain)
-            elif used.id in ours and used.id not in done and len(chain) < len(ours):
-                visit(used.id, (*chain, used.id))
-        done.add(name)
-
     for name in ours:
         found = module.names.get(name)
         if name not in done and found is not None and found.item is ours[name]:
-            visit(name, (name,))
+            _follow(name, ours, done, report)
+
+
+def _follow(
+    first: str, ours: dict[str, ast.Let | ast.Pattern], done: set[str], report: Report
+) -> None:
+    """Follows the names that a definition uses. No recursion: chains are as long as a story."""
+    chain = {first: _used_names(ours[first])}
+    while chain:
+        name = next(reversed(chain))
+        used = next(chain[name], None)
+        if used is None:
+            done.add(name)
+            del chain[name]
+        elif used.id in chain:
+            names = list(chain)
+            circle = [*names[names.index(used.id) :], used.id]
+            if len(circle) > _LONGEST_SHOWN:
+                circle = [*circle[: _LONGEST_SHOWN - 2], f"... ({len(circle) - 1} names)", used.id]
+            message = f"`{used.id}` is defined by itself: {' -> '.join(circle)}"
+            report(Diagnostic("recursion", message, used.span))
+            done.update(chain)
+        elif used.id in ours and used.id not in done:
+            chain[used.id] = _used_names(ours[used.id])
 
 
 def _used_names(definition: ast.Let | ast.Pattern) -> Iterator[ast.Name]:

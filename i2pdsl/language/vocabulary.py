@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 UNKNOWN = "unknown"  # what stands for a latent's value where it plays no part; no name is this
 Value = float | str | bool
@@ -121,6 +122,13 @@ class Vocabulary:
     has_plausibility: bool = True
     enumerable: bool = True
     documentation: str = ""
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """Every name that means something in this world."""
+        values = (str(v) for latent in self.latents.values() for v in latent.values)
+        names = (*self.latents, *values, *self.places, *self.predicates, *self.characters)
+        return frozenset((*names, *self.things, *self.actions, *self.events))
 
 
 def show_value(value: Value) -> str:

@@ -227,10 +227,10 @@ DEEP: dict[str, Callable[[int], str]] = {
 @pytest.mark.parametrize("count", [150, 10_000])
 def test_deep_and_long_texts(kind: str, count: int) -> None:
     text = f"world kitchen\nlength 5\nmaximize {DEEP[kind](count)}"
-    began = time.perf_counter()
+    began = time.process_time()
     with suppress(StoryError):
         check_source(Source("deep.story", text), find_vocabulary)
-    assert time.perf_counter() - began < 5
+    assert time.process_time() - began < 5
     if count < 1000:
         survives(text)
         survives_as_query(DEEP[kind](count))
@@ -270,11 +270,11 @@ def test_patterns_that_grow_without_bound_end_in_an_error(doubling: list[str]) -
     line, *rest = doubling
     lines = [line.replace("{i}", str(i)).replace("{j}", str(i + 1)) for i in range(40)]
     text = "\n".join(["world kitchen", "length 5", *lines, *rest])
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(StoryError) as caught:
         check_source(Source("grows.story", text), find_vocabulary)
     assert {d.code for d in caught.value.diagnostics} == {"nesting"}
-    assert time.perf_counter() - began < 5
+    assert time.process_time() - began < 5
 
 
 def test_text_that_is_no_story() -> None:

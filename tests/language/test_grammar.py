@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import random
 import re
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
+from lark import Tree
+from lark.exceptions import UnexpectedInput, UnexpectedToken
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
@@ -18,7 +22,9 @@ from i2pdsl.language.builtins import (
     STATEMENTS,
     word_named,
 )
-from i2pdsl.language.parse import grammar, parse, parse_expression
+from i2pdsl.language.parse import grammar, parse, parse_expression, tables
+from i2pdsl.language.statements import split_statements
+from i2pdsl.language.tables import UnexpectedError
 
 ROOT = Path(__file__).parents[2]
 SIGNATURE = "maximize sum_t P(rho>0 | script[:t])"
@@ -253,3 +259,50 @@ def test_examples_of_the_reference_parse() -> None:
         assert statement.span.text == word.example
     for word in (*FORMS, *FUNCTIONS.values()):
         parse_expression(Source(word.name, word.example))
+
+
+def test_the_faster_driver_reads_as_lark_does() -> None:
+    """The same trees; where something is wrong, the same token and the same expectations."""
+    dice = random.Random(6)
+    words = "maximize let a = ( ) [ ] { } , : | 1 t T P( rho > 0 script[:t] + ++ - not if then else"
+    texts = [p.read_text(encoding="utf-8") for p in sorted((ROOT / "stories").rglob("*.story"))]
+    pieces = [
+        piece.span.text
+        for text in texts
+        for piece in split_statements(Source("", text), STATEMENT_WORDS).pieces
+    ]
+    for _ in range(600):
+        begin, piece = dice.choice(words.split()), dice.choice(pieces)
+        at = dice.randrange(len(piece))
+        pieces.append(f"{piece[:at]} {begin} {piece[at + dice.randint(0, 3) :]}")
+    outcomes = {bool(_same_as_lark(piece)) for piece in pieces}
+    assert outcomes == {True, False}
+
+
+def _same_as_lark(text: str) -> bool:
+    expected: UnexpectedInput | None = None
+    try:
+        tree = grammar().parse(text, start="statement")
+    except UnexpectedInput as problem:
+        expected = problem
+    if expected is None:
+        assert _places(tree) == _places(tables().parse(text, 0, len(text), "statement"))
+        return True
+    with pytest.raises(UnexpectedError) as caught:
+        tables().parse(text, 0, len(text), "statement")
+    token = caught.value.token
+    if isinstance(expected, UnexpectedToken):
+        assert token is not None
+        assert token.type == expected.token.type
+        assert token.type == "$END" or token.start_pos == expected.token.start_pos
+        assert caught.value.expected == set(expected.accepts or expected.expected)
+    else:
+        assert token is None
+    return False
+
+
+def _places(tree: Any) -> Any:
+    if not isinstance(tree, Tree):
+        return tree and (tree.type, str(tree), tree.start_pos, tree.end_pos)
+    place = tree.meta.start_pos, tree.meta.end_pos
+    return str(tree.data), place, [_places(child) for child in tree.children]

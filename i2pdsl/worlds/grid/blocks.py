@@ -9,14 +9,23 @@ from functools import cache
 from typing import Any
 
 from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedInput
-from lark.utils import TextSlice
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, did_you_mean, shorten
+from i2pdsl.errors import (
+    MOST_SHOWN,
+    Diagnostic,
+    Note,
+    Source,
+    Span,
+    StoryError,
+    closest,
+    did_you_mean,
+    shorten,
+)
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.naming import NAME, same_name, with_marks
 from i2pdsl.language.statements import Piece, check_text, split_statements
+from i2pdsl.language.tables import Tables, UnexpectedError
 from i2pdsl.resources import data_folder
 from i2pdsl.worlds.grid.spec import FLOOR, WALL
 from i2pdsl.worlds.grid.words import KEYS, NAMED, hint_elsewhere
@@ -45,17 +54,26 @@ def grammar() -> Lark:
     )
 
 
-def block_tree(piece: Piece) -> Tree[Token]:
-    """Lark's tree of a block. Raises StoryError."""
-    return _tree(piece.span, "statement")
+@cache
+def tables() -> Tables:
+    """The same grammar, for a faster driver."""
+    return Tables(grammar())
 
 
-def _tree(span: Span, start: str) -> Tree[Token]:
+def block_tree(piece: Piece, mistakes: int = 0) -> Tree[Token]:
+    """Lark's tree of a block; after many mistakes it explains none. Raises StoryError."""
+    return _tree(piece.span, "statement", mistakes)
+
+
+def _tree(span: Span, start: str, mistakes: int) -> Tree[Token]:
+    source = span.source
     try:
-        text = TextSlice(span.source.text, span.start, span.end)
-        return grammar().parse(text, start=start)
-    except UnexpectedInput as problem:
-        raise StoryError([explain(problem, span.source, span)]) from None
+        return tables().parse(source.text, span.start, span.end, start)
+    except UnexpectedError as problem:
+        if mistakes > MOST_SHOWN:
+            place = Span(source, problem.start, min(problem.start + 1, span.end))
+            raise StoryError([Diagnostic("syntax", "this cannot be read", place)]) from None
+        raise StoryError([explain(problem, source, span)]) from None
 
 
 def with_quoted_signs(source: Source) -> tuple[Source, list[Diagnostic]]:
@@ -140,6 +158,7 @@ class BlockReader:
         self.lost: list[str] = []
         self.unsure: set[str] = set()
         self.spaced = False
+        self.reported_lines: set[int] = set()
 
     def read(self) -> None:
         """Reads the whole text."""
@@ -201,7 +220,7 @@ class BlockReader:
             self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
             return
         try:
-            tree = block_tree(piece)
+            tree = block_tree(piece, len(self.problems))
         except StoryError as problem:
             self.report(problem.diagnostics)
             if piece.keyword in MAP:
@@ -235,11 +254,11 @@ class BlockReader:
                 continue
             try:
                 if number == first:
-                    block = self.head(_tree(line, "statement"))
+                    block = self.head(_tree(line, "statement", len(self.problems)))
                     if block is None:
                         return
                 else:
-                    entries += _tree(line, "entries").children
+                    entries += _tree(line, "entries", len(self.problems)).children
             except StoryError as problem:
                 damaged = True
                 # A line may also be wrong for the one before it, which has no value.
@@ -315,8 +334,10 @@ class BlockReader:
     def misplaced_row(self, place: Span) -> None:
         """Reports the first thing that stands on a line behind a row, or behind `map`."""
         line = self.source.position(place.start)[0]
-        reported = {self.source.position(d.span.start)[0] for d in self.problems}
-        if line not in reported:
+        if not self.reported_lines:
+            self.reported_lines = {self.source.position(d.span.start)[0] for d in self.problems}
+        if line not in self.reported_lines:
+            self.reported_lines.add(line)
             hint = "every row has its line, without spaces and without a comment (`#` is a wall)"
             self.problem("world-map", "no row of the map can begin here", place, hint)
 
@@ -431,17 +452,19 @@ class BlockReader:
         if value is None:
             return ()
         items = value.value if value.kind == "list" else [value]
-        found: list[str] = []
+        found: dict[str, None] = {}
+        possible = set(allowed)
         for item in items:
             if item.kind not in ("name", "text"):
                 self.problem("world-value", f"`{key}` must name a {what}", item.span)
-            elif item.value not in allowed:
+            elif item.value not in possible:
                 if not self.may_be_lost(item.value, what):
-                    hint = did_you_mean(item.value, allowed)
+                    few = len(self.problems) <= MOST_SHOWN
+                    hint = did_you_mean(item.value, possible) if few else None
                     message = f"there is no {what} `{shorten(item.value)}`"
                     self.problem("world-name", message, item.span, hint)
             elif item.value not in found:
-                found.append(item.value)
+                found[item.value] = None
         return tuple(found)
 
     def color(self, block: Block, key: str, default: str) -> str:

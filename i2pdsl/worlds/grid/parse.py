@@ -9,7 +9,7 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, shorten
+from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of, shorten
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.grid.blocks import Block, BlockReader, is_mark
@@ -43,7 +43,7 @@ def parse_world(source: Source, name: str) -> GridSpec:
     reader.read()
     spec = reader.world(name, _header(source))
     if reader.problems or spec is None:
-        raise StoryError(sorted(reader.problems, key=lambda d: d.span.start))
+        raise StoryError(first_of(sorted(reader.problems, key=lambda d: d.span.start)))
     return spec
 
 
@@ -331,7 +331,7 @@ class _Reader(BlockReader):
             hint = "add `toward = NAME` of the other character"
             self.problem("world-cast", "an attitude toward whom?", block.keys["attitude"], hint)
         items = value.value if value.kind == "list" else [value]
-        numbers: list[float] = []
+        numbers: dict[float, None] = {}
         for item in items:
             if item.kind != "number":
                 message = f"an attitude is a number, not `{shorten(item.span.text)}`"
@@ -340,7 +340,7 @@ class _Reader(BlockReader):
                 message = "an attitude must be between -1e6 and 1e6"
                 self.problem("world-range", message, item.span)
             elif item.value not in numbers:
-                numbers.append(item.value)
+                numbers[item.value] = None
         if not items:
             hint = "attitude = {-1, 0, 1}"
             self.problem("world-value", "an attitude needs values", value.span, hint)
@@ -350,19 +350,20 @@ class _Reader(BlockReader):
         self, blocks: list[Block], things: tuple[Thing, ...]
     ) -> tuple[tuple[str, tuple[str, ...]], ...]:
         found = []
+        names = tuple(t.name for t in things)
+        may_be_absent = {t.name: t.may_be_absent for t in things}
         for block in blocks:
             self.known_keys(block)
             if block.name not in EVENTS:
                 hint = ELSEWHERE.get(block.name) or did_you_mean(block.name, EVENTS)
                 self.problem("world-name", f"there is no event `{block.name}`", block.span, hint)
-            names = tuple(t.name for t in things)
             drops = self.words(block, "drops", names, "object")
             missing = "drops" not in block.entries and not block.damaged
             if missing or ("drops" in block.entries and block.entries["drops"].value == []):
                 hint = "give the objects: drops = {table}"
                 self.problem("world-block", "what does the event bring?", block.span, hint)
             for name in drops:
-                if not next(t for t in things if t.name == name).may_be_absent:
+                if not may_be_absent[name]:
                     message = f"`{name}` is never absent, so it cannot fall"
                     hint = f"give `{name}` may_be_absent = yes"
                     self.problem("world-cast", message, block.entries["drops"].span, hint)
