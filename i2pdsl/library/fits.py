@@ -37,7 +37,11 @@ MOST_CASTS = 256  # choices of characters
 _FOR_CERTAIN = 40  # of them, those in which an example without warnings is looked for
 
 _WHATEVER_IS_GIVEN = ("nesting", "recursion")  # mistakes that no other argument mends
-_WHATEVER_THE_WORLD = ("the patterns grow to more", "nested deeper")
+_WHATEVER_THE_WORLD = (
+    "the patterns grow to more",
+    "the story grows to more",
+    "nested deeper",
+)
 
 # How a pattern of each kind of result is used in an objective.
 _USES = {
