@@ -14,14 +14,18 @@ What makes it quick, apart from reading a successor's values for 16 problems as 
 row: a drift common to all states is not iterated but subtracted (White 1963, MacQueen 1966,
 DOI 10.1016/0022-247X(66)90060-6), so that values stay small enough for single precision; what
 then decays slowly is extrapolated (`_cycle`); problems that have converged leave. Double
-precision finishes, and measures the residual that is reported.
+precision finishes. MacQueen's bounds say how far the result is from the truth: where
+T(V) - V lies between l and u everywhere, the true value lies between V + l / (1 - gamma) and
+V + u / (1 - gamma); the middle is taken.
+
+Programs are few, and kept on disk: states are filled up to one of few sizes with copies of the
+first ones, which change nothing, and problems to whole groups.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from math import ceil, log
 from typing import Any, NamedTuple
 
@@ -29,17 +33,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.programs import compiled_program
+
 Array = Any
 Progress = Callable[[int, float, float], None]
 
 WIDTH = 16  # problems in a group: a row of single precision is one cache line
 STRIDE = 5  # sweeps between the three values that an extrapolation looks at
 CYCLE = 2 * STRIDE
+STAGES = np.array([STRIDE, STRIDE - 1, 1], np.int32)  # the sweeps of a cycle
 WARM = 0.7  # cycles run for WARM / (1 - gamma) sweeps before the first extrapolation
 STALLS = 4  # cycles without contraction, before rounding is blamed
-MARGIN = 0.8  # the sweeps end at this part of the tolerance, as single precision is not exact
+ROUNDING = 2  # of values, in residuals: units in the last place below which no sweep leads
 SAMPLE = 16_384  # states that weigh in an extrapolation
-ONE = np.int32(1)
+SMALL = 8192  # states up to which a single program in double precision does all
 
 
 class NotConverged(Exception):
@@ -93,12 +100,14 @@ class Problem:
 class Solution:
     """The continuation W [S, P]: the value after the mover's action, before the answer.
 
-    `residual` is max |TV - V| over states and problems for the V that W implies, measured by a
-    sweep in double precision; `sweeps` is the largest number that any problem took.
+    `residual` is the largest |TV - V| over states and problems for the V that W belongs to, in
+    double precision; no W is further than `bound` from the truth (rounding aside); `sweeps` is the
+    largest number that any problem took.
     """
 
     continuation: np.ndarray
     residual: float
+    bound: float
     sweeps: int
 
 
@@ -108,36 +117,38 @@ def solve(
     tolerance: float = 1e-4,
     max_sweeps: int = 100_000,
     progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Solution:
     """Solves V = TV for all columns, to a Bellman residual of `tolerance`.
 
     Args:
         progress: called every CYCLE sweeps with (sweeps so far, residual, sweeps expected in all).
+        say: is told of damaged programs, which are made again.
 
     Raises NotConverged where `max_sweeps` or rounding keep the residual above the tolerance.
     """
     states, count = problem.successor.shape[1], len(problem.goal)
-    run = _Run(problem, max_sweeps, progress)
-    todo, residual = np.arange(count), np.full(count, np.inf)
+    run = _Run(problem, max_sweeps, progress, say)
     # The values are h + drift / (1 - gamma); see _Run.
-    h, drift = np.zeros((states, count), np.float32), np.zeros(count)
+    h, drift = np.zeros((padded_states(states), count), np.float32), np.zeros(count)
     with jax.enable_x64(True):  # in this thread and block only; all types below are explicit
-        coarse = count > 2 and states * count > 100_000  # else single precision gains nothing
+        coarse = count > 2 and states > SMALL  # else single precision gains nothing
         if coarse:
-            run.sweep(h, drift, todo, MARGIN * tolerance)
+            run.sweep(h, drift, tolerance, ceil(WARM / (1 - problem.gamma) / CYCLE))
         h = h.astype(np.float64)
-        for attempt in range(3):
-            if attempt or not coarse:
-                run.sweep(h, drift, todo, MARGIN * tolerance / 2**attempt)
-            for part in _parts(problem, todo):
-                values = h[:, part] + drift[part] / (1 - problem.gamma)
-                continuation, residual[part] = _measured(problem, values, part)
-                good = residual[part] <= tolerance
-                h[:, part[good]] = continuation[:, good]  # the answer takes its place
-            todo = np.flatnonzero(~(residual <= tolerance))
-            if not todo.size:
-                return Solution(h, float(residual.max()), run.sweeps)
-    raise NotConverged(f"rounding keeps the residual at {residual.max():.2g}")
+        warm = 1 if coarse else ceil(WARM / (1 - problem.gamma) / CYCLE)
+        residual = float(run.sweep(h, drift, tolerance, warm).max())
+    if not residual <= tolerance:
+        raise NotConverged(f"rounding keeps the residual at {residual:.2g}")
+    return Solution(h[:states], residual, residual / (1 - problem.gamma), run.sweeps)
+
+
+def padded_states(count: int) -> int:
+    """The number of states, rounded up so that worlds of about one size share their programs:
+    to a quarter of a power of two, to an eighth where more states would cost more than compiling.
+    """
+    step = 2 ** max(count.bit_length() - (3 if count <= SMALL else 4), 0)
+    return -(-count // step) * step
 
 
 @dataclass
@@ -151,36 +162,49 @@ class _Run:
     problem: Problem
     max_sweeps: int
     progress: Progress | None
+    say: Callable[[str], None] | None
     sweeps: int = 0
 
-    def sweep(self, h: np.ndarray, drift: np.ndarray, columns: np.ndarray, target: float) -> None:
-        """Sweeps columns of h [S, P], in its precision, until the residual is about `target`, or
-        rounding keeps it from falling. Sets h and drift [P] in place."""
+    def sweep(self, h: np.ndarray, drift: np.ndarray, target: float, warm: int) -> np.ndarray:
+        """Sweeps h [S, P], in its precision, until the residual is `target` or rounding keeps it
+        from falling. Sets h, drift [P] in place; returns the residuals [P].
+
+        In double precision, h becomes the continuation.
+        """
         gamma = self.problem.gamma
-        watch = _Watch(gamma, target, len(drift), columns)
+        watch = _Watch(gamma, target, len(drift), warm, float(np.finfo(h.dtype).eps))
         while not watch.done.all():
             parts = _parts(self.problem, np.flatnonzero(~watch.done))
             groups = [_group(self.problem, part, h.dtype) for part in parts]
             values = [_start(h[:, group.columns]) for group in groups]
+            last: list[_Swept] = [None] * len(groups)  # type: ignore[list-item]
+            level = np.zeros(len(drift))
             watch.leaps[:] = False
             effort = _effort(self.problem, parts)
             while effort <= _effort(self.problem, _parts(self.problem, ~watch.done)):
                 if self.sweeps + CYCLE > self.max_sweeps:
-                    worst = watch.residual[columns].max()
+                    worst = watch.residual.max()
                     raise NotConverged(f"the residual is {worst:.2g} after {self.sweeps} sweeps")
                 for i, (c, moves) in enumerate(groups):
-                    constant = jnp.asarray(drift[c].astype(h.dtype))
-                    values[i], least, most = _cycle(values[i], watch.leaps[c], constant, ONE, moves)
-                    low, high = np.asarray(least, float), np.asarray(most, float)
+                    arguments = (values[i], watch.leaps[c], drift[c].astype(h.dtype), STAGES, moves)
+                    program = compiled_program(("plan",), _cycle, arguments, _RESULT, self.say)
+                    values[i], last[i] = program.run(*arguments)
+                    low, high = np.asarray(last[i].least, float), np.asarray(last[i].most, float)
+                    level[c] = (drift[c] + (low + high) / 2) / (1 - gamma)
                     drift[c] += gamma * (low + high) / 2  # the next change is gamma times this one
-                    watch.update(c, (high - low) / 2)
+                    watch.update(c, (high - low) / 2, np.asarray(last[i].size, float))
                 self.sweeps += CYCLE
                 if self.progress is not None:
-                    worst = float(watch.residual[columns].max())
+                    worst = float(watch.residual.max())
                     left = log(max(worst / target, 1.0)) / -log(max(gamma, 1e-9))
                     self.progress(self.sweeps, worst, self.sweeps + left)
-            for part, value in zip(parts, values, strict=True):
-                h[:, part] = np.asarray(value.now)[:, : len(part)]
+            for part, value, swept in zip(parts, values, last, strict=True):
+                now = np.asarray(value.now)[:, : len(part)]
+                if h.dtype == np.float64:
+                    done = watch.done[part]
+                    now = np.where(done, np.asarray(swept.w)[:, : len(part)] + level[part], now)
+                h[:, part] = now
+        return watch.residual
 
 
 class _Watch:
@@ -191,17 +215,17 @@ class _Watch:
     it still does not contract, rounding is in the way, and it is left as it is.
     """
 
-    def __init__(self, gamma: float, target: float, count: int, columns: np.ndarray) -> None:
-        self.target = target
+    def __init__(self, gamma: float, target: float, count: int, warm: int, unit: float) -> None:
+        self.target, self.unit = target, unit
         self.contraction = max(gamma, 1e-9) ** (CYCLE / 2)  # half of what a cycle should achieve
         self.residual, self.best = np.full(count, np.inf), np.full(count, np.inf)
-        self.done = ~np.isin(np.arange(count), columns)
+        self.done = np.zeros(count, bool)
         self.leaps = np.zeros(count, bool)
-        self.wait = np.full(count, ceil(WARM / (1 - gamma) / CYCLE))
+        self.wait = np.full(count, warm)
         self.strikes, self.stalls = np.zeros(count, int), np.zeros(count, int)
 
-    def update(self, c: np.ndarray, residual: np.ndarray) -> None:
-        """Takes the residuals of columns c after a cycle."""
+    def update(self, c: np.ndarray, residual: np.ndarray, size: np.ndarray) -> None:
+        """Takes the residuals of columns c after a cycle, and how large their values are."""
         leapt = self.leaps[c]
         failed = leapt & (residual >= self.residual[c])
         self.strikes[c] += failed
@@ -210,7 +234,8 @@ class _Watch:
         self.stalls[c] = np.where(better, 0, self.stalls[c] + 1)
         self.best[c] = np.where(better, residual, self.best[c])
         self.residual[c] = residual
-        self.done[c] |= (residual <= self.target) | (self.stalls[c] >= STALLS)
+        enough = np.maximum(self.target, ROUNDING * self.unit * size)
+        self.done[c] |= (residual <= enough) | (self.stalls[c] >= STALLS)
         self.leaps[c] = ~self.done[c] & (self.wait[c] == 0)
 
 
@@ -221,15 +246,24 @@ def _parts(problem: Problem, columns: np.ndarray) -> list[np.ndarray]:
     columns = np.arange(len(choice))[columns]
     columns = columns[np.argsort(choice[columns], kind="stable")]
     cut = lambda c: [c[i : i + WIDTH] for i in range(0, len(c), WIDTH)]
-    alike = [p for k in np.unique(choice[columns]) for p in cut(columns[choice[columns] == k])]
     mixed = cut(columns)
+    if _is_small(problem):
+        return mixed
+    alike = [p for k in np.unique(choice[columns]) for p in cut(columns[choice[columns] == k])]
     return alike if _effort(problem, alike) <= _effort(problem, mixed) else mixed
 
 
 def _effort(problem: Problem, parts: list[np.ndarray]) -> int:
     """The relative cost of a sweep over groups of columns (measured)."""
+    if _is_small(problem):
+        return len(parts)
     alike = lambda part: problem.answer is None or np.ptp(problem.answer.choice[part]) == 0
     return sum((4 if len(part) > 2 else 1) if alike(part) else 6 for part in parts)
+
+
+def _is_small(problem: Problem) -> bool:
+    """Whether a new program would cost more than it saves: then all groups have one shape."""
+    return problem.successor.shape[1] <= SMALL
 
 
 class _Moves(NamedTuple):
@@ -251,36 +285,41 @@ class _Group(NamedTuple):
 
 
 def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
-    columns = np.resize(columns, WIDTH if len(columns) > 2 else 2)
-    real = lambda x: jnp.asarray(np.asarray(x, dtype))
-    index = lambda x: jnp.asarray(np.asarray(x, np.int32))
+    small = _is_small(problem)
+    columns = np.resize(columns, WIDTH if small or len(columns) > 2 else 2)
     everywhere = np.arange(problem.successor.shape[1])
+    filled = np.resize(everywhere, padded_states(len(everywhere)))
+    real = lambda x: np.asarray(x, dtype)
+    index = lambda x: np.asarray(x, np.int32)[:, filled]
     moving = lambda successor: (successor != everywhere).any(1)
     answer, found = problem.answer, None
     if answer is not None:
         moves, choice = moving(answer.successor), answer.choice[columns]
-        choice = choice[:1] if np.ptp(choice) == 0 else choice
-        policy = np.asarray(answer.policy[:, moves], dtype)[choice].transpose(1, 2, 0)
+        if not small and np.ptp(choice) == 0:
+            choice = choice[:1]
+        policy = answer.success * real(answer.policy[:, moves])[choice].transpose(1, 2, 0)
         social = np.zeros((1, 1)) if answer.social is None else answer.social[:, choice]
+        if small:
+            shape = (len(everywhere), len(choice))
+            policy = np.broadcast_to(policy, (len(policy), *shape))
+            social = np.broadcast_to(social, shape)
         found = (
             index(answer.successor[moves]),
-            real(answer.success * policy),
-            real(social),
+            real(policy if policy.shape[1] == 1 else policy[:, filled]),
+            real(social if len(social) == 1 else social[filled]),
             real(answer.rho[columns]),
         )
     moves = moving(problem.successor)
-    return _Group(
-        columns,
-        _Moves(
-            index(problem.successor[moves]),
-            real(problem.cost[moves]),
-            real(problem.cost[~moves].max(initial=-np.inf)),
-            real(problem.success),
-            real(problem.gamma),
-            real(problem.reward[:, problem.goal[columns]]),
-            found,
-        ),
+    moved = _Moves(
+        index(problem.successor[moves]),
+        real(problem.cost[moves]),
+        real(problem.cost[~moves].max(initial=-np.inf)),
+        real(problem.success),
+        real(problem.gamma),
+        real(problem.reward[np.ix_(filled, problem.goal[columns])]),
+        found,
     )
+    return _Group(columns, jax.device_put(moved))
 
 
 def _expectation(value: Array, moves: _Moves) -> Array:
@@ -312,30 +351,26 @@ class _Values(NamedTuple):
     further: Array
 
 
+class _Swept(NamedTuple):
+    """What the last sweep of a cycle did, for the h before it."""
+
+    w: Array  # [S, W], the continuations of h
+    least: Array  # [W], the least T(h) - drift - h
+    most: Array  # [W], the largest
+    size: Array  # [W], the largest |h|
+
+
+_RESULT = (_Values(0, 0, 0), _Swept(0, 0, 0, 0))
+
+
 def _start(h: np.ndarray) -> _Values:
-    return _Values(jnp.asarray(h), jnp.array(h), jnp.zeros(h.shape[1], h.dtype))
+    return jax.device_put(_Values(h, h, np.zeros(h.shape[1], h.dtype)))
 
 
-def _sweeps(h: Array, drift: Array | float, n: Array, moves: _Moves) -> Array:
-    """h after n sweeps of T - drift.
-
-    A condition that always holds makes XLA compute W once: it would merge W into the reads of it,
-    and compute it anew for each of the mover's actions (measured: 2.3 times as slow). For the like
-    reason, n is an argument: a single sweep would be merged with what reads its result.
-    """
-
-    def sweep(_: Array, h: Array) -> Array:
-        w = jax.lax.cond(n > 0, lambda: _expectation(h, moves), lambda: h)
-        return _best(w, moves) - drift
-
-    return jax.lax.fori_loop(0, n, sweep, h)
-
-
-@partial(jax.jit, donate_argnums=0)
 def _cycle(
-    values: _Values, leaps: Array, drift: Array, one: Array, moves: _Moves
-) -> tuple[_Values, Array, Array]:
-    """CYCLE sweeps; the least and the largest T(h) - drift - h in the last one [W].
+    values: _Values, leaps: Array, drift: Array, stages: Array, moves: _Moves
+) -> tuple[_Values, _Swept]:
+    """CYCLE sweeps of T - drift, in three stages.
 
     Before them, columns leap to where they seem to go: to h + c (h - h'), with h', h'' the values
     STRIDE and 2 STRIDE sweeps before h, where c makes |(h - h') + c ((h - h') - (h' - h''))|^2
@@ -343,33 +378,30 @@ def _cycle(
     extrapolation of rank 1, Sidi 1986, DOI 10.1016/0377-0427(86)90032-1). It removes what
     contracts slowest: once the common drift is gone, the differences between closed classes of
     states, by gamma a sweep. If it comes too early, as best actions still change, it does harm.
+
+    A condition that always holds makes XLA compute W once: it would merge W into the reads of it,
+    and compute it anew for each of the mover's actions (measured: 2.3 times as slow). For the like
+    reason the numbers of sweeps are an argument: the last would be merged with what reads it.
     """
+
+    def sweep(_: Array, h_w: tuple[Array, Array]) -> tuple[Array, Array]:
+        h, _w = h_w
+        w = jax.lax.cond(stages[0] > 0, lambda: _expectation(h, moves), lambda: h)
+        return _best(w, moves) - drift, w
+
+    def stage(h_w: tuple[Array, Array], n: Array) -> tuple[tuple[Array, Array], Array]:
+        h_w = jax.lax.fori_loop(0, n, sweep, h_w)
+        return h_w, h_w[0]
+
     c = jnp.where(leaps, values.further, 0)
     first = values.now + c * (values.now - values.before)
-    middle = _sweeps(first, drift, STRIDE * one, moves)
-    late = _sweeps(middle, drift, (STRIDE - 1) * one, moves)
-    last = _sweeps(late, drift, one, moves)
+    (last, w), (middle, late, _) = jax.lax.scan(stage, (first, first), stages)
     z, y, x = (h[:: 1 + len(h) // SAMPLE].astype(jnp.float64) for h in (first, middle, last))
     new, change = x - y, (x - y) - (y - z)
     c = -(new * change).sum(0) / jnp.maximum((change * change).sum(0), 1e-300)
-    low, high = (last - late).min(0), (last - late).max(0)
-    return _Values(last, middle, c.astype(last.dtype)), low, high
-
-
-def _measured(
-    problem: Problem, values: np.ndarray, columns: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """W [S, columns] of V [S, columns], and max |TV' - V'| of the V' = TV that W implies."""
-    c, moves = _group(problem, columns, values.dtype)
-    w, residual = _measure(jnp.asarray(np.resize(values.T, (len(c), len(values))).T), ONE, moves)
-    return np.asarray(w)[:, : len(columns)], np.asarray(residual)[: len(columns)]
-
-
-@jax.jit
-def _measure(values: Array, one: Array, moves: _Moves) -> tuple[Array, Array]:
-    implied = _sweeps(values, 0.0, one, moves)
-    again = _sweeps(implied, 0.0, one, moves)
-    return _expectation(values, moves), jnp.abs(again - implied).max(0)
+    changed = last - late
+    swept = _Swept(w, changed.min(0), changed.max(0), jnp.abs(late).max(0))
+    return _Values(last, middle, c.astype(last.dtype)), swept
 
 
 def q_values(problem: Problem, continuation: np.ndarray, column: int) -> np.ndarray:
