@@ -42,6 +42,7 @@ WIDTH = 16  # problems in a group: a row of single precision is one cache line
 STRIDE = 5  # sweeps between the three values that an extrapolation looks at
 CYCLE = 2 * STRIDE
 STAGES = np.array([STRIDE, STRIDE - 1, 1], np.int32)  # the sweeps of a cycle
+LAST = np.array([0, 0, 1], np.int32)  # a single sweep, which returns W
 WARM = 0.7  # cycles run for WARM / (1 - gamma) sweeps before the first extrapolation
 STALLS = 4  # cycles without contraction, before rounding is blamed
 ROUNDING = 2  # of values, in residuals: units in the last place below which no sweep leads
@@ -177,34 +178,44 @@ class _Run:
             parts = _parts(self.problem, np.flatnonzero(~watch.done))
             groups = [_group(self.problem, part, h.dtype) for part in parts]
             values = [_start(h[:, group.columns]) for group in groups]
-            last: list[_Swept] = [None] * len(groups)  # type: ignore[list-item]
-            level = np.zeros(len(drift))
             watch.leaps[:] = False
             effort = _effort(self.problem, parts)
             while effort <= _effort(self.problem, _parts(self.problem, ~watch.done)):
                 if self.sweeps + CYCLE > self.max_sweeps:
                     worst = watch.residual.max()
                     raise NotConverged(f"the residual is {worst:.2g} after {self.sweeps} sweeps")
-                for i, (c, moves) in enumerate(groups):
-                    arguments = (values[i], watch.leaps[c], drift[c].astype(h.dtype), STAGES, moves)
-                    program = compiled_program(("plan",), _cycle, arguments, _RESULT, self.say)
-                    values[i], last[i] = program.run(*arguments)
-                    low, high = np.asarray(last[i].least, float), np.asarray(last[i].most, float)
-                    level[c] = (drift[c] + (low + high) / 2) / (1 - gamma)
-                    drift[c] += gamma * (low + high) / 2  # the next change is gamma times this one
-                    watch.update(c, (high - low) / 2, np.asarray(last[i].size, float))
+                for i, group in enumerate(groups):
+                    c = group.columns
+                    values[i], swept = self.run(group, values[i], watch.leaps[c], drift[c], STAGES)
+                    middle, residual = swept.changes()
+                    drift[c] += gamma * middle  # the next change is gamma times this one
+                    watch.update(c, residual, np.asarray(swept.size, float))
                 self.sweeps += CYCLE
                 if self.progress is not None:
                     worst = float(watch.residual.max())
                     left = log(max(worst / target, 1.0)) / -log(max(gamma, 1e-9))
                     self.progress(self.sweeps, worst, self.sweeps + left)
-            for part, value, swept in zip(parts, values, last, strict=True):
-                now = np.asarray(value.now)[:, : len(part)]
-                if h.dtype == np.float64:
-                    done = watch.done[part]
-                    now = np.where(done, np.asarray(swept.w)[:, : len(part)] + level[part], now)
-                h[:, part] = now
+            for part, group, value in zip(parts, groups, values, strict=True):
+                h[:, part] = np.asarray(value.now)[:, : len(part)]
+                done = np.flatnonzero(watch.done[part])
+                if h.dtype == np.float64 and len(done):
+                    c = group.columns
+                    _, swept = self.run(group, value, np.zeros(len(c), bool), drift[c], LAST)
+                    middle, residual = swept.changes()
+                    level = (drift[c] + middle) / (1 - gamma)
+                    h[:, part[done]] = np.asarray(swept.w)[:, done] + level[done]
+                    watch.residual[part[done]] = residual[done]
         return watch.residual
+
+    def run(
+        self, group: _Group, values: _Values, leaps: np.ndarray, drift: np.ndarray, stages: Array
+    ) -> tuple[_Values, _Swept]:
+        """`_cycle` of a group."""
+        drift = drift.astype(values.now.dtype)
+        arguments = (values, leaps, drift, stages, group.moves)
+        program = compiled_program(("plan",), _cycle, arguments, _RESULT, self.say)
+        moved: tuple[_Values, _Swept] = program.run(*arguments)
+        return moved
 
 
 class _Watch:
@@ -354,10 +365,15 @@ class _Values(NamedTuple):
 class _Swept(NamedTuple):
     """What the last sweep of a cycle did, for the h before it."""
 
-    w: Array  # [S, W], the continuations of h
+    w: Array  # [S, W], the continuations of h after LAST
     least: Array  # [W], the least T(h) - drift - h
     most: Array  # [W], the largest
     size: Array  # [W], the largest |h|
+
+    def changes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The middle and half the range of T(h) - drift - h: [W] each."""
+        low, high = np.asarray(self.least, float), np.asarray(self.most, float)
+        return (low + high) / 2, (high - low) / 2
 
 
 _RESULT = (_Values(0, 0, 0), _Swept(0, 0, 0, 0))
@@ -370,7 +386,7 @@ def _start(h: np.ndarray) -> _Values:
 def _cycle(
     values: _Values, leaps: Array, drift: Array, stages: Array, moves: _Moves
 ) -> tuple[_Values, _Swept]:
-    """CYCLE sweeps of T - drift, in three stages.
+    """Sweeps of T - drift, in three stages: those of STAGES, or LAST.
 
     Before them, columns leap to where they seem to go: to h + c (h - h'), with h', h'' the values
     STRIDE and 2 STRIDE sweeps before h, where c makes |(h - h') + c ((h - h') - (h' - h''))|^2
@@ -384,21 +400,19 @@ def _cycle(
     reason the numbers of sweeps are an argument: the last would be merged with what reads it.
     """
 
-    def sweep(_: Array, h_w: tuple[Array, Array]) -> tuple[Array, Array]:
-        h, _w = h_w
-        w = jax.lax.cond(stages[0] > 0, lambda: _expectation(h, moves), lambda: h)
-        return _best(w, moves) - drift, w
-
-    def stage(h_w: tuple[Array, Array], n: Array) -> tuple[tuple[Array, Array], Array]:
-        h_w = jax.lax.fori_loop(0, n, sweep, h_w)
-        return h_w, h_w[0]
+    def sweep(_: Array, h: Array) -> Array:
+        w = jax.lax.cond(stages[2] > 0, lambda: _expectation(h, moves), lambda: h)
+        return _best(w, moves) - drift
 
     c = jnp.where(leaps, values.further, 0)
     first = values.now + c * (values.now - values.before)
-    (last, w), (middle, late, _) = jax.lax.scan(stage, (first, first), stages)
+    middle = jax.lax.fori_loop(0, stages[0], sweep, first)
+    late = jax.lax.fori_loop(0, stages[1], sweep, middle)
+    last = jax.lax.fori_loop(0, stages[2], sweep, late)
     z, y, x = (h[:: 1 + len(h) // SAMPLE].astype(jnp.float64) for h in (first, middle, last))
     new, change = x - y, (x - y) - (y - z)
     c = -(new * change).sum(0) / jnp.maximum((change * change).sum(0), 1e-300)
+    w = jax.lax.cond(stages[0] > 0, lambda: late, lambda: _expectation(late, moves))
     changed = last - late
     swept = _Swept(w, changed.min(0), changed.max(0), jnp.abs(late).max(0))
     return _Values(last, middle, c.astype(last.dtype)), swept
