@@ -38,7 +38,12 @@ from i2pdsl.programs import compiled_program
 Array = Any
 Progress = Callable[[int, float, float], None]
 
-WIDTH = 16  # problems in a group: a row of single precision is one cache line
+# Groups of problems: their width, the problems for which it pays, and the relative cost of a sweep
+# (measured). 16 numbers in single precision are one cache line, 4 doubles one register.
+SINGLE = ((16, 9, 17), (4, 3, 6), (2, 1, 4))
+DOUBLE = ((4, 3, 8), (2, 1, 5))
+ONE_FOR_ALL = ((16, 1, 1),)  # in small worlds
+REGROUP = 0.8  # groups are made anew where this part of the cost would do
 STRIDE = 5  # sweeps between the three values that an extrapolation looks at
 CYCLE = 2 * STRIDE
 STAGES = np.array([STRIDE, STRIDE - 1, 1], np.int32)  # the sweeps of a cycle
@@ -175,12 +180,12 @@ class _Run:
         gamma = self.problem.gamma
         watch = _Watch(gamma, target, len(drift), warm, float(np.finfo(h.dtype).eps))
         while not watch.done.all():
-            parts = _parts(self.problem, np.flatnonzero(~watch.done))
+            parts = _parts(self.problem, np.flatnonzero(~watch.done), h.dtype)
             groups = [_group(self.problem, part, h.dtype) for part in parts]
             values = [_start(h[:, group.columns]) for group in groups]
             watch.leaps[:] = False
-            effort = _effort(self.problem, parts)
-            while effort <= _effort(self.problem, _parts(self.problem, ~watch.done)):
+            effort = _effort(self.problem, parts, h.dtype)
+            while not watch.done.all() and REGROUP * effort < self.effort(watch, h.dtype):
                 if self.sweeps + CYCLE > self.max_sweeps:
                     worst = watch.residual.max()
                     raise NotConverged(f"the residual is {worst:.2g} after {self.sweeps} sweeps")
@@ -206,6 +211,11 @@ class _Run:
                     h[:, part[done]] = np.asarray(swept.w)[:, done] + level[done]
                     watch.residual[part[done]] = residual[done]
         return watch.residual
+
+    def effort(self, watch: _Watch, dtype: np.dtype) -> int:
+        """What the problems that are not done would cost in new groups."""
+        parts = _parts(self.problem, np.flatnonzero(~watch.done), dtype)
+        return _effort(self.problem, parts, dtype)
 
     def run(
         self, group: _Group, values: _Values, leaps: np.ndarray, drift: np.ndarray, stages: Array
@@ -250,26 +260,31 @@ class _Watch:
         self.leaps[c] = ~self.done[c] & (self.wait[c] == 0)
 
 
-def _parts(problem: Problem, columns: np.ndarray) -> list[np.ndarray]:
-    """Cuts columns (numbers or a mask) into groups: of problems that face the same policy, whose
-    probabilities are read once for all, unless mixed groups are less work."""
-    choice = problem.answer.choice if problem.answer else np.zeros(len(problem.goal), int)
-    columns = np.arange(len(choice))[columns]
-    columns = columns[np.argsort(choice[columns], kind="stable")]
-    cut = lambda c: [c[i : i + WIDTH] for i in range(0, len(c), WIDTH)]
-    mixed = cut(columns)
-    if _is_small(problem):
-        return mixed
-    alike = [p for k in np.unique(choice[columns]) for p in cut(columns[choice[columns] == k])]
-    return alike if _effort(problem, alike) <= _effort(problem, mixed) else mixed
+def _parts(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> list[np.ndarray]:
+    """Cuts columns into groups: of problems that face the same policy, whose probabilities are
+    read once for all, unless the world is small."""
+    if _is_small(problem) or problem.answer is None:
+        return _cut(problem, columns, dtype)
+    choice = problem.answer.choice[columns]
+    return [p for k in np.unique(choice) for p in _cut(problem, columns[choice == k], dtype)]
 
 
-def _effort(problem: Problem, parts: list[np.ndarray]) -> int:
-    """The relative cost of a sweep over groups of columns (measured)."""
-    if _is_small(problem):
-        return len(parts)
-    alike = lambda part: problem.answer is None or np.ptp(problem.answer.choice[part]) == 0
-    return sum((4 if len(part) > 2 else 1) if alike(part) else 6 for part in parts)
+def _cut(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> list[np.ndarray]:
+    if not len(columns):
+        return []
+    width, _ = _shape(problem, columns, dtype)
+    return [columns[:width], *_cut(problem, columns[width:], dtype)]
+
+
+def _shape(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> tuple[int, int]:
+    """The width of a group that begins with these problems, and its relative cost."""
+    shapes = ONE_FOR_ALL if _is_small(problem) else SINGLE if dtype == np.float32 else DOUBLE
+    return next((width, cost) for width, least, cost in shapes if len(columns) >= least)
+
+
+def _effort(problem: Problem, parts: list[np.ndarray], dtype: np.dtype) -> int:
+    """The relative cost of a sweep over groups of columns."""
+    return sum(_shape(problem, part, dtype)[1] for part in parts)
 
 
 def _is_small(problem: Problem) -> bool:
@@ -297,7 +312,7 @@ class _Group(NamedTuple):
 
 def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
     small = _is_small(problem)
-    columns = np.resize(columns, WIDTH if small or len(columns) > 2 else 2)
+    columns = np.resize(columns, _shape(problem, columns, dtype)[0])
     everywhere = np.arange(problem.successor.shape[1])
     filled = np.resize(everywhere, padded_states(len(everywhere)))
     real = lambda x: np.asarray(x, dtype)
