@@ -49,8 +49,9 @@ CYCLE = 2 * STRIDE
 STAGES = np.array([STRIDE, STRIDE - 1, 1], np.int32)  # the sweeps of a cycle
 LAST = np.array([0, 0, 1], np.int32)  # a single sweep, which returns W
 WARM = 0.7  # cycles run for WARM / (1 - gamma) sweeps before the first extrapolation
+SETTLE = 5  # cycles in double precision before the rounding of single precision is gone
 STALLS = 4  # cycles without contraction, before rounding is blamed
-ROUNDING = 2  # of values, in residuals: units in the last place below which no sweep leads
+ROUNDING = 5  # of values, in residuals: units in the last place below which no sweep leads
 SAMPLE = 16_384  # states that weigh in an extrapolation
 SMALL = 8192  # states up to which a single program in double precision does all
 
@@ -142,7 +143,7 @@ def solve(
         if coarse:
             run.sweep(h, drift, tolerance, ceil(WARM / (1 - problem.gamma) / CYCLE))
         h = h.astype(np.float64)
-        warm = 1 if coarse else ceil(WARM / (1 - problem.gamma) / CYCLE)
+        warm = SETTLE if coarse else ceil(WARM / (1 - problem.gamma) / CYCLE)
         residual = float(run.sweep(h, drift, tolerance, warm).max())
     if not residual <= tolerance:
         raise NotConverged(f"rounding keeps the residual at {residual:.2g}")
