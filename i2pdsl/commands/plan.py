@@ -34,6 +34,7 @@ def plan(world: str, as_json: bool) -> None:
         "states": spec.state_count,
         "problems": problems,
         "residual": built.residual,
+        "bound": built.bound,
         "cached": built.planning_seconds == 0,
         "seconds": round(time.perf_counter() - began, 3),
     }
@@ -43,5 +44,6 @@ def plan(world: str, as_json: bool) -> None:
     where = "read from the cache" if document["cached"] else "solved and stored"
     output(
         f"{spec.name}: {spec.state_count:,} states, {problems} problems, residual "
-        f"{built.residual:.2g}, {where} in {document['seconds']:.1f} s"
+        f"{built.residual:.2g}, values right to {built.bound:.2g}, {where} in "
+        f"{document['seconds']:.1f} s"
     )

@@ -1,15 +1,5 @@
 """Exact planning by value iteration, in JAX: arrays in, arrays out.
 
-One family of problems: a *mover* acts, then (if there is one) an *answerer* acts by a fixed
-stochastic policy. Shapes: S states, A actions, P problems (one column each), G distinct goals,
-K distinct policies of the answerer. Rewards and values are in the story's units, per turn.
-
-    W(s)    = rho social(s) + sum_a policy(a | s) (q V(next_a(s)) + (1 - q) V(s))
-    Q(s, b) = reward(s) + cost(b) + gamma (m W(next_b(s)) + (1 - m) W(s))
-    V(s)    = max_b Q(s, b)
-
-with m, q the success probabilities of mover and answerer; W = V where nobody answers.
-
 What makes it quick, apart from reading a successor's values for 16 problems as one contiguous
 row: a drift common to all states is not iterated but subtracted (White 1963, MacQueen 1966,
 DOI 10.1016/0022-247X(66)90060-6), so that values stay small enough for single precision; what
@@ -33,6 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.planning.problem import Problem
 from i2pdsl.programs import compiled_program
 
 Array = Any
@@ -58,49 +49,6 @@ SMALL = 8192  # states up to which a single program in double precision does all
 
 class NotConverged(Exception):
     """The residual did not fall below the tolerance."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """How the other character answers: by a fixed stochastic policy.
-
-    Attributes:
-        successor: int [A, S], the state after a successful action (blocked or stay: s itself).
-        success: probability q that an action succeeds; else the state stays.
-        policy: [K, A, S], or [K, A, 1] where it does not depend on the state.
-        choice: int [P], the policy that each problem faces.
-        social: [S, K], the answerer's own expected reward under each policy, or None.
-        rho: [P], the weight of that reward for the mover.
-    """
-
-    successor: np.ndarray
-    success: float
-    policy: np.ndarray
-    choice: np.ndarray
-    social: np.ndarray | None
-    rho: np.ndarray
-
-
-@dataclass(frozen=True)
-class Problem:
-    """P problems of one mover, who has the same moves in all.
-
-    Attributes:
-        successor, success: as in Answer, for the mover.
-        reward: [S, G], the reward for acting in a state, for each distinct goal.
-        cost: [A], added for an action.
-        goal: int [P], the goal of each problem.
-        gamma: discount factor per turn, 0 <= gamma < 1.
-        answer: the other's answer to each action, or None.
-    """
-
-    successor: np.ndarray
-    success: float
-    reward: np.ndarray
-    cost: np.ndarray
-    goal: np.ndarray
-    gamma: float
-    answer: Answer | None = None
 
 
 @dataclass(frozen=True)
@@ -432,28 +380,3 @@ def _cycle(
     changed = last - late
     swept = _Swept(w, changed.min(0), changed.max(0), jnp.abs(late).max(0))
     return _Values(last, middle, c.astype(last.dtype)), swept
-
-
-def q_values(problem: Problem, continuation: np.ndarray, column: int) -> np.ndarray:
-    """Q [A, S] of one problem, from the continuations [S, P]."""
-    w, m = np.ascontiguousarray(continuation[:, column]), problem.success
-    reward = problem.reward[:, problem.goal[column]]
-    q = np.empty(problem.successor.shape)
-    for b, successor in enumerate(problem.successor):
-        q[b] = reward + problem.cost[b] + problem.gamma * (m * w[successor] + (1 - m) * w)
-    return q
-
-
-def boltzmann(problem: Problem, continuation: np.ndarray, beta: float) -> np.ndarray:
-    """The softmax policies, policy(a | s) ~ exp(beta Q(s, a)): [P, A, S], as in `Answer`."""
-    policy = np.empty((len(problem.goal), *problem.successor.shape))
-    for column, p in enumerate(policy):
-        q = q_values(problem, continuation, column)
-        np.exp(beta * (q - q.max(0)), out=p)
-        p /= p.sum(0)
-    return policy
-
-
-def expected_reward(policy: np.ndarray, reward: np.ndarray, cost: np.ndarray) -> np.ndarray:
-    """sum_a policy(a | s) (reward(s) + cost(a)): [S, K], from [K, A, S or 1], [S, K] and [A]."""
-    return reward + np.einsum("kas,a->sk", policy, cost)

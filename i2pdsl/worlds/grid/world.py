@@ -39,6 +39,7 @@ class GridWorld:
         spec: the world as it is; viewers may believe in other numbers.
         tables: the arrays, in NumPy and doubles (model.Tables).
         residual: the Bellman residual of the values.
+        bound: how far values may be from the truth.
         planning_seconds: time spent on planning, 0 where all came from the cache.
     """
 
@@ -47,6 +48,7 @@ class GridWorld:
     tables: model.Tables
     moves: model.Moves
     residual: float
+    bound: float
     planning_seconds: float
 
     @property
@@ -199,7 +201,7 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
     nothing = tuple(
         np.broadcast_to(np.zeros(()), (dynamics.state_count, len(problems))) for problems in keys
     )
-    return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0)])
+    return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0, 0.0)])
 
 
 def assemble(
@@ -266,5 +268,6 @@ def assemble(
         tables,
         moves,
         max(p.residual for p in plans),
+        max(p.bound for p in plans),
         sum(p.seconds for p in distinct),
     )
