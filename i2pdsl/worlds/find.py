@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
+from i2pdsl.errors import Diagnostic
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
 from i2pdsl.worlds.grid.parse import load_world
+from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hill.spec import NAME as HILL
@@ -65,3 +67,13 @@ def find_vocabulary(
     if spec is None:
         return None
     return vocabulary_of(spec.with_settings(dict(settings)) if settings else spec)
+
+
+def world_warnings(
+    name: str, folder: Path | None = None, settings: Settings = ()
+) -> tuple[Diagnostic, ...]:
+    """What is odd about a world without being a mistake, with a story's settings."""
+    path, spec = world_path(name, folder), find_spec(name, folder)
+    if path is None or not isinstance(spec, GridSpec):
+        return ()
+    return goal_warnings(spec.with_settings(dict(settings)), str(path))
