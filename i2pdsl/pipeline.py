@@ -82,7 +82,7 @@ class Story:
     def warnings(self) -> tuple[Diagnostic, ...]:
         """Of the text, and of the world with the story's settings."""
         told = self.typed
-        return told.warnings + world_warnings(told.world, self.folder, told.settings)
+        return told.warnings + world_warnings(told.world, self.folder, told)
 
     @cached_property
     def spec(self) -> Spec:

@@ -40,7 +40,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
                 checked = check_source(source, find_vocabulary, folder)
                 diagnostics.extend(checked.warnings)
                 if isinstance(checked, TypedStory):
-                    diagnostics.extend(world_warnings(checked.world, folder, checked.settings))
+                    diagnostics.extend(world_warnings(checked.world, folder, checked))
         except StoryError as problem:
             diagnostics.extend(problem.diagnostics)
     diagnostics = list(dict.fromkeys(diagnostics))

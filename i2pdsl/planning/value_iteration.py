@@ -70,6 +70,7 @@ def solve(
     problem: Problem,
     *,
     tolerance: float = 1e-4,
+    forgiven: float = 0.0,
     max_sweeps: int = 100_000,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
@@ -77,10 +78,11 @@ def solve(
     """Solves V = TV for all columns, to a Bellman residual of `tolerance`.
 
     Args:
+        forgiven: a residual that will do where rounding keeps it above the tolerance.
         progress: called every CYCLE sweeps with (sweeps so far, residual, sweeps expected in all).
         say: is told of damaged programs, which are made again.
 
-    Raises NotConverged where `max_sweeps` or rounding keep the residual above the tolerance.
+    Raises NotConverged where `max_sweeps` or rounding keep the residual above the two.
     """
     states, count = problem.successor.shape[1], len(problem.goal)
     run = _Run(problem, max_sweeps, progress, say)
@@ -93,7 +95,7 @@ def solve(
         h = h.astype(np.float64)
         warm = SETTLE if coarse else ceil(WARM / (1 - problem.gamma) / CYCLE)
         residual = float(run.sweep(h, drift, tolerance, warm).max())
-    if not residual <= tolerance:
+    if not residual <= max(tolerance, forgiven):
         raise NotConverged(f"rounding keeps the residual at {residual:.2g}")
     return Solution(h[:states], residual, residual / (1 - problem.gamma), run.sweeps)
 

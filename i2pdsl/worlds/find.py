@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from i2pdsl.errors import Diagnostic
+from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
 from i2pdsl.worlds.grid.parse import load_world
@@ -70,10 +71,13 @@ def find_vocabulary(
 
 
 def world_warnings(
-    name: str, folder: Path | None = None, settings: Settings = ()
+    name: str, folder: Path | None = None, story: TypedStory | None = None
 ) -> tuple[Diagnostic, ...]:
-    """What is odd about a world without being a mistake, with a story's settings."""
+    """What is odd about a world, with a story's settings, without being a mistake."""
     path, spec = world_path(name, folder), find_spec(name, folder)
     if path is None or not isinstance(spec, GridSpec):
         return ()
-    return goal_warnings(spec.with_settings(dict(settings)), str(path))
+    if story is None:
+        return goal_warnings(spec, str(path))
+    told = spec.with_settings(dict(story.settings))
+    return goal_warnings(told, str(path), story.start, story.length)

@@ -30,6 +30,8 @@ Report = Callable[[str, int, float, float | None], None]
 """Progress: (stage, sweep, residual, expected number of sweeps or None)."""
 
 MODELLED = 1e-3  # what a modeller expects of the other is so much nearer to the truth
+FORGIVEN = 1e-4  # the residual that will do where rounding keeps values from settling further
+LARGEST_INDEX = 2**31 - 1  # of states and arrangements: searches count in 32 bits
 SAMPLE = 1024  # states at which a plan from the cache is looked at
 
 
@@ -76,27 +78,35 @@ def problem_of(spec: GridSpec, character: Character, row: dict[str, float | str 
 
 
 def estimated_bytes(spec: GridSpec) -> int:
-    """Memory that planning takes at its peak: tables, values and their working copies."""
-    states = spec.state_count
-    entities = len(spec.entities)
+    """Memory that planning takes at its peak: tables, values and their copies (measured)."""
     problems = sum(len(keys) for keys in problem_keys(spec))
-    moves = 2 * 4 * len(ACTIONS) * len(spec.characters)
-    return (
-        states * (2 * entities + moves + 8 * problems * 2 + 16 * 8 * 6)
-        + 4 * (len(spec.free_cells) + 1) ** entities
-    )
+    # A state's values, its rewards and policies in the groups, and its successors.
+    each = 100 * problems + 500
+    return 2**26 + spec.state_count * each + 4 * _arrangements(spec)
+
+
+def _arrangements(spec: GridSpec) -> int:
+    """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
+    return (len(spec.free_cells) + 1) ** len(spec.entities)
 
 
 def check_memory(spec: GridSpec) -> None:
     """Refuses a world whose tables would not fit, before any work. Raises StoryError."""
     needed, available = estimated_bytes(spec), memory_limit()
-    if needed > available or spec.state_count >= 2**31:
+    hint = "make the map smaller, or take an object away"
+    whole = whole_file(f"{spec.name}.world")
+    if needed > available:
         message = (
             f"the world has {spec.state_count:,} states; planning would take "
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
-        hint = "make the map smaller, or take an object away"
-        raise error("too-large", message, whole_file(f"{spec.name}.world"), hint)
+        raise error("too-large", message, whole, hint)
+    if _arrangements(spec) > LARGEST_INDEX:
+        message = (
+            f"the world has {_arrangements(spec):,} arrangements of its characters and objects, "
+            f"more than can be numbered ({LARGEST_INDEX:,})"
+        )
+        raise error("too-large", message, whole, hint)
 
 
 def memory_limit() -> int:
@@ -158,7 +168,8 @@ def _plan_of(
         with np.errstate(all="ignore"):  # numbers of any size may stand in a file
             problem = _problem_of(spec, built, who, keys, dict(enumerate(values)), some)
             residuals[who] = residual_at(problem, values[who], some)
-        if not residuals[who] <= 2 * _tolerance(spec, who):
+        rounding = 16 * np.finfo(float).eps * np.abs(values[who]).max()
+        if not residuals[who] <= 2 * _tolerance(spec, who) + rounding:
             return None
     bound = _bound(spec, residuals, dict(enumerate(values)))
     return Plan(keys, values, max(residuals.values()), bound)
@@ -197,6 +208,7 @@ def solve(
             solution = solve_problems(
                 problem,
                 tolerance=tolerance or _tolerance(spec, who),
+                forgiven=FORGIVEN,
                 progress=None if report is None else partial(report, spec.characters[who].name),
                 say=say,
             )
@@ -245,8 +257,8 @@ def _tolerance(spec: GridSpec, who: int) -> float:
     wanted = min(1e-6, 1e-2 * far**2) * min(1.0, 2 / max(numbers.beta, 1e-9))
     modeller = spec.modeller
     if modeller is not None and spec.characters[who] != modeller:
-        wanted *= MODELLED
-    return max(wanted, 4 * float(np.finfo(float).eps) * _largest_reward(spec, who) / far)
+        wanted *= MODELLED * min(1.0, 100 * far)
+    return max(wanted, 2 * float(np.finfo(float).eps) * _largest_reward(spec, who) / far)
 
 
 def _largest_reward(spec: GridSpec, who: int) -> float:

@@ -8,41 +8,62 @@ from collections import deque
 from functools import lru_cache
 
 from i2pdsl.errors import Diagnostic, Source, Span
+from i2pdsl.language import typed as ty
 from i2pdsl.worlds.grid.spec import NO_GOAL, OFFSETS, Character, GridSpec, Settings
 
 Cell = tuple[int, int]
 
+POCKET = 0.1  # of the cells, from which a goal may be out of reach without a warning
+
 
 @lru_cache(maxsize=64)
-def goal_warnings(spec: GridSpec, file: str) -> tuple[Diagnostic, ...]:
-    """Warnings of goals that cannot be reached, or not be worth reaching, from some cells.
+def goal_warnings(
+    spec: GridSpec, file: str, start: ty.Typed | None = None, length: int = 0
+) -> tuple[Diagnostic, ...]:
+    """Warnings of goals that cannot be reached, or are not worth reaching, from some cells.
 
     What is worth it is what a character alone would do; things in the way are left aside.
 
     Args:
         spec: the world, with the story's settings.
         file: the name of its file.
+        start, length: of the story, if there is one; with a `start` that says where a character
+            stands, only the cells to which it can get are looked at.
     """
     source = Source(file, spec.source)
     tiles = {tile.name: tile.cells for tile in spec.tiles}
     found = []
-    for c in spec.characters:
+    for number, c in enumerate(spec.characters):
+        cells = set(spec.free_cells)
+        placed = _cells_at(start, number)
+        if placed is not None:
+            turns = length * len(spec.characters)  # one's own steps and those of being pushed
+            cells = {cell for cell, n in _steps(spec, tuple(placed & cells)).items() if n <= turns}
         for goal in c.goals:
-            if goal != NO_GOAL:
-                steps = _steps(spec, tiles[goal])
-                for message, hint in (
-                    _walled_off(spec, c, goal, steps),
-                    _far(spec, c, goal, steps),
-                ):
-                    if message:
-                        span = _place(source, c.name, goal)
-                        warning = Diagnostic("world-goal", message, span, hint, severity="warning")
-                        found.append(warning)
+            if goal == NO_GOAL or not cells:
+                continue
+            steps = _steps(spec, tiles[goal])
+            ways = [steps.get(cell) for cell in cells]
+            for told in (_walled_off(spec, c, goal, ways), _far(spec, c, goal, ways)):
+                if told is not None:
+                    place = _place(source, c.name, goal)
+                    found.append(Diagnostic("world-goal", told[0], place, told[1], (), "warning"))
     return tuple(found)
 
 
+def _cells_at(start: ty.Typed | None, number: int) -> set[Cell] | None:
+    """The cells where a `start` puts a character, if it says so plainly."""
+    if isinstance(start, ty.Feature) and start.predicate == "at":
+        who, places = start.arguments
+        return set(places) if who == number and isinstance(places, tuple) else None
+    if isinstance(start, ty.Apply) and start.operation == "and":
+        sets = [s for s in (_cells_at(a, number) for a in start.arguments) if s is not None]
+        return set.intersection(*sets) if sets else None
+    return None
+
+
 def _steps(spec: GridSpec, cells: tuple[Cell, ...]) -> dict[Cell, int]:
-    """The length of the shortest way to a goal from each cell from which there is one."""
+    """The length of the shortest way to some cells from each from which there is one."""
     free = set(spec.free_cells)
     steps = dict.fromkeys(cells, 0)
     queue = deque(cells)
@@ -57,38 +78,36 @@ def _steps(spec: GridSpec, cells: tuple[Cell, ...]) -> dict[Cell, int]:
 
 
 def _walled_off(
-    spec: GridSpec, c: Character, goal: str, steps: dict[Cell, int]
-) -> tuple[str, str | None]:
-    cells = len(spec.free_cells)
-    missed = cells - len(steps)
-    if not missed:
-        return "", None
-    hint = "open a way on the map; where there is none, viewers cannot tell that someone wants it"
-    if not any(steps.values()):
+    spec: GridSpec, c: Character, goal: str, ways: list[int | None]
+) -> tuple[str, str] | None:
+    missed = ways.count(None)
+    # A small part that is closed off is not what stories are about.
+    if missed < POCKET * len(ways):
+        return None
+    hint = "open a way on the map: viewers cannot tell who wants what is out of reach"
+    if not any(ways):
         return f"{c.name} can never get to `{goal}`: no way leads there", hint
-    return f"{c.name} cannot get to `{goal}` from {missed:,} of the {cells:,} cells", hint
+    where = f"from {missed:,} of {len(ways):,} cells"
+    return f"{c.name} can get to `{goal}` from some places only: no way leads there {where}", hint
 
 
-def _far(spec: GridSpec, c: Character, goal: str, steps: dict[Cell, int]) -> tuple[str, str | None]:
+def _far(spec: GridSpec, c: Character, goal: str, ways: list[int | None]) -> tuple[str, str] | None:
     numbers = spec.settings
-    farthest = max(steps.values())
+    known = [n for n in ways if n is not None]
+    farthest = max(known, default=0)
     limit = worthwhile_steps(numbers, c.success, farthest)
     if limit >= farthest:
-        return "", None
-    costs = f"a move pays {numbers.move:g}, staying {numbers.stay:g}"
-    costs += f", and the goal {numbers.goal:g} a turn more"
+        return None
+    hint = f"a move pays {numbers.move:g}, staying {numbers.stay:g}, and the goal "
+    hint += f"{numbers.goal:g} a turn more (gamma = {numbers.gamma:g})"
     wanted = _goal_for(numbers, c.success, farthest)
-    hint = f"{costs} (gamma = {numbers.gamma:g})"
     if wanted is not None:
         hint += f"; with `goal = {wanted:g}` it would pay from everywhere"
     if limit == 0:
         return f"it never pays for {c.name} to go to `{goal}`: staying is better", hint
-    beyond = sum(n > limit for n in steps.values())
-    message = (
-        f"from {limit + 1} steps on it does not pay for {c.name} to walk to `{goal}`: staying is "
-        f"better on {beyond:,} of the {len(spec.free_cells):,} cells"
-    )
-    return message, hint
+    beyond = sum(n > limit for n in known)
+    message = f"from {limit + 1} steps on it does not pay for {c.name} to walk to `{goal}`: "
+    return f"{message}staying is better on {beyond:,} of {len(ways):,} cells", hint
 
 
 def worthwhile_steps(numbers: Settings, success: float, farthest: int) -> int:
