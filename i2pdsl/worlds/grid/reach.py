@@ -34,11 +34,13 @@ def goal_warnings(
     tiles = {tile.name: tile.cells for tile in spec.tiles}
     found = []
     for number, c in enumerate(spec.characters):
-        cells = set(spec.free_cells)
+        free = set(spec.free_cells)
+        # Nobody is told of from a single cell between walls.
+        cells = {cell for cell in free if any(near in free for near in _near(cell))} or free
         placed = _cells_at(start, number)
         if placed is not None:
             turns = length * len(spec.characters)  # one's own steps and those of being pushed
-            cells = {cell for cell, n in _steps(spec, tuple(placed & cells)).items() if n <= turns}
+            cells = {cell for cell, n in _steps(spec, tuple(placed & free)).items() if n <= turns}
         for goal in c.goals:
             if goal == NO_GOAL or not cells:
                 continue
@@ -68,13 +70,16 @@ def _steps(spec: GridSpec, cells: tuple[Cell, ...]) -> dict[Cell, int]:
     steps = dict.fromkeys(cells, 0)
     queue = deque(cells)
     while queue:
-        column, row = queue.popleft()
-        for dx, dy in OFFSETS:
-            near = (column + dx, row + dy)
+        cell = queue.popleft()
+        for near in _near(cell):
             if near in free and near not in steps:
-                steps[near] = steps[column, row] + 1
+                steps[near] = steps[cell] + 1
                 queue.append(near)
     return steps
+
+
+def _near(cell: Cell) -> list[Cell]:
+    return [(cell[0] + dx, cell[1] + dy) for dx, dy in OFFSETS if (dx, dy) != (0, 0)]
 
 
 def _walled_off(
