@@ -254,10 +254,10 @@ def _tolerance(spec: GridSpec, who: int) -> float:
     """
     numbers = spec.settings
     far = 1 - numbers.gamma
-    wanted = min(1e-6, 1e-2 * far**2) * min(1.0, 2 / max(numbers.beta, 1e-9))
+    wanted = min(1e-6, 1e-4 * far) * min(1.0, 2 / max(numbers.beta, 1e-9))
     modeller = spec.modeller
     if modeller is not None and spec.characters[who] != modeller:
-        wanted *= MODELLED * min(1.0, 100 * far)
+        wanted *= MODELLED * min(1.0, 100 * far) ** 2
     return max(wanted, 2 * float(np.finfo(float).eps) * _largest_reward(spec, who) / far)
 
 
