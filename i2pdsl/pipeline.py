@@ -24,7 +24,7 @@ from i2pdsl.scripts import Answer, Script, extended, script_from, script_of
 from i2pdsl.search.candidates import select_different
 from i2pdsl.search.naive import depicted_event, hill_rollout, naive_rollout
 from i2pdsl.search.record import Trajectory
-from i2pdsl.worlds.find import Spec, find_spec, find_vocabulary
+from i2pdsl.worlds.find import Spec, find_spec, find_vocabulary, world_warnings
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
 from i2pdsl.worlds.ready import Watch, ready_world, viewers_of
@@ -82,7 +82,9 @@ class Story:
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        return self.typed.warnings
+        """Of the text, and of the world with the story's settings."""
+        told = self.typed
+        return told.warnings + world_warnings(told.world, self.folder, told)
 
     @cached_property
     def spec(self) -> Spec:

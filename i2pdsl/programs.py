@@ -33,7 +33,7 @@ Array = Any
 Say = Callable[[str], None]
 
 # A program is made of these files; another version of them makes other programs.
-_SOURCES = ("audience", "objective", "planning", "programs.py", "search", "worlds")
+_SOURCES = ("audience", "objective", "planning", "programs.py", "search", "sizes.py", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
 
 _DIGEST = hashlib.sha256().digest_size

@@ -217,6 +217,38 @@ def test_a_million_states_are_not_refused() -> None:
     check_memory(spec)
 
 
+@pytest.mark.parametrize("size", [181, 182, 300])
+def test_cells_of_large_maps_are_told_apart(size: int) -> None:
+    """32,767 cells are the most that 16 bits can number."""
+    row = "." * size
+    rows = "\n".join(f"    {r}" for r in ["A" + row[1:], *[row] * (size - 2), row[1:] + "B"])
+    text = f"map\n{rows}\ntile here\n    symbol = A\ntile there\n    symbol = B\n"
+    text += "character a\n    goals = {here, there}\nplanning\n    gamma = 0.5\n"
+    spec = parse_world(Source("big.world", text), "big")
+    check_memory(spec)
+    dynamics = build_dynamics(spec)
+    assert (dynamics.cells[:, 0] == np.arange(size**2)).all()
+    assert dynamics.successor[0, 3, -1] == size**2 - 2  # west of the last cell
+    assert dynamics.successor[0, 1, -1] == size**2 - 1  # a wall
+    there = solve(spec, dynamics).continuation[0][:, 1]
+    assert there[-1] == pytest.approx(0.9 / 0.5, abs=1e-5)
+    assert there[0] == pytest.approx(-0.1 / 0.5, abs=1e-5)
+
+
+def test_more_arrangements_than_can_be_numbered_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from i2pdsl.worlds.grid import planning
+
+    monkeypatch.setattr(planning, "memory_limit", lambda: 2**60)
+    row = "    " + "." * 40
+    text = "map\n" + "\n".join([row] * 40) + "\ncharacter a\ncharacter b\nobject c\n"
+    spec = parse_world(Source("big.world", text), "big")
+    with pytest.raises(StoryError, match="4,103,684,801 arrangements") as caught:
+        check_memory(spec)
+    assert caught.value.diagnostics[0].code == "too-large"
+
+
 def test_a_single_character_can_be_told_of_from_a_file(tmp_path) -> None:
     text = "map\n    A....B\ntile left\n    symbol = A\ntile right\n    symbol = B\n"
     text += "character robot\n    goals = {left, right}\nplanning\n    gamma = 0.9\n"

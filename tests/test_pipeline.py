@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import doctest
+import errno
+import io
 import json
+import os
 import shutil
 import subprocess
 import sys
 import threading
+import tracemalloc
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -498,17 +504,160 @@ def test_a_damaged_plan_is_said_and_made_again(number: int, cache: Path, plan_fi
     assert not copy.exists()
 
 
-def test_a_plan_that_does_not_fit_is_said_and_made_again(cache: Path, plan_file: Path) -> None:
-    name = plan_file.name.removesuffix(f"-v{store.VERSION}.npz")
-    store.save(name, {"continuation_0": np.zeros((3, 2))})
+def forged(**changes: Callable[[np.ndarray], Any]) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    return lambda arrays: {k: changes.get(k, lambda a: a)(a) for k, a in arrays.items()}
+
+
+def with_entry(number: float) -> Callable[[np.ndarray], np.ndarray]:
+    def change(array: np.ndarray) -> np.ndarray:
+        array = array.copy()
+        array[3, 1] = number
+        return array
+
+    return change
+
+
+FORGERIES: dict[str, Callable[[dict[str, np.ndarray]], dict[str, Any]]] = {
+    "other shape": lambda arrays: {"continuation_0": np.zeros((3, 2))},
+    "nothing": lambda arrays: {},
+    "one more": lambda arrays: {**arrays, "residual": np.array(0.0)},
+    "zeros": forged(continuation_1=np.zeros_like),
+    "zeros for both": forged(continuation_0=np.zeros_like, continuation_1=np.zeros_like),
+    "huge": forged(continuation_1=lambda a: np.full_like(a, 1e308)),
+    "half floats": forged(continuation_1=lambda a: a.astype(np.float16)),
+    "single floats": forged(continuation_1=lambda a: a.astype(np.float32)),
+    "other bytes": forged(continuation_1=lambda a: a.astype(">f8")),
+    "truth values": forged(continuation_0=lambda a: a > 0),
+    "complex": forged(continuation_0=lambda a: a + 0j),
+    "text": forged(continuation_0=lambda a: a.astype("U8")),
+    "not a number": forged(continuation_1=with_entry(np.nan)),
+    "infinite": forged(continuation_1=with_entry(np.inf)),
+    "one wrong": forged(continuation_1=with_entry(0.5)),
+    "slightly wrong": forged(continuation_1=lambda a: a * (1 + 1e-4)),
+    "shifted": forged(continuation_0=lambda a: a + 1e-3),
+    "another order": forged(continuation_1=lambda a: a[:, ::-1].copy()),
+    "another's": lambda arrays: {
+        "continuation_0": arrays["continuation_0"],
+        "continuation_1": arrays["continuation_1"][::-1].copy(),
+    },
+    "transposed": forged(continuation_1=lambda a: a.T.copy()),
+}
+
+
+@pytest.mark.parametrize("name", FORGERIES)
+def test_a_plan_that_does_not_fit_is_said_and_made_again(
+    name: str, cache: Path, plan_file: Path
+) -> None:
+    stored = plan_file.name.removesuffix(f"-v{store.VERSION}.npz")
+    with np.load(plan_file) as archive:
+        right = dict(archive)
+    store.save(stored, FORGERIES[name](right))
     said: list[str] = []
     plan = get_plan(said)
     assert plan.seconds > 0
     assert len(said) == 1
     assert "does not fit" in said[0]
+    assert "damaged" not in said[0]
     said.clear()
-    assert get_plan(said).seconds == 0
-    assert said == []
+    again = get_plan(said)
+    assert (again.seconds, said) == (0, [])
+    for i, array in enumerate(again.continuation):
+        np.testing.assert_allclose(array, right[f"continuation_{i}"], atol=1e-4)
+
+
+def test_what_is_told_of_a_cached_plan_is_measured(cache: Path, plan_file: Path) -> None:
+    fresh = get_plan()
+    again = get_plan()
+    assert again.seconds == 0
+    assert 0 < again.residual <= fresh.residual * 1.01
+    assert again.bound <= 1e-2
+
+
+def npy(header: str, data: bytes = b"") -> bytes:
+    text = header.encode() + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text + data
+
+
+def zipped(entries: dict[str, bytes], compression: int = zipfile.ZIP_STORED) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", compression) as archive:
+        for name, data in entries.items():
+            archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+HEADER = "{{'descr': {}, 'fortran_order': False, 'shape': {}, }}"
+BOMBS = {
+    "compressed": zipped({"continuation_0.npy": bytes(2**26)}, zipfile.ZIP_DEFLATED),
+    "a huge shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (2**40, 2**20)))}),
+    "a large shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (2**28,)))}),
+    "a negative shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (-1,)))}),
+    "objects": zipped({"continuation_0.npy": npy(HEADER.format("'|O'", (1,)), b"\x80\x04N.")}),
+    "a wide type": zipped({"continuation_0.npy": npy(HEADER.format("'<U100000000'", (9,)))}),
+    "a header that is code": zipped({"continuation_0.npy": npy("__import__('os')")}),
+    "no array": zipped({"continuation_0.npy": b"text"}),
+    "larger than it can be": b"\0" * 2**22,
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_files_that_claim_to_be_large_take_no_memory(
+    name: str, cache: Path, plan_file: Path
+) -> None:
+    copy = cache / "plans" / plan_file.name
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(BOMBS[name])
+    said: list[str] = []
+    tracemalloc.start()
+    assert store.load(copy.name.removesuffix(f"-v{store.VERSION}.npz"), said.append, 2**20) is None
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2**24
+    assert len(said) == 1
+    assert "is damaged" in said[0]
+    assert not copy.exists()
+
+
+def test_a_pipe_where_the_plan_should_lie(cache: Path, plan_file: Path) -> None:
+    (cache / "plans").mkdir(parents=True)
+    os.mkfifo(cache / "plans" / plan_file.name)
+    said: list[str] = []
+    assert get_plan(said).seconds > 0
+    assert said == [
+        f"the cached plan {plan_file.name} is damaged (it is a pipe, not a file); it is made again"
+    ]
+    assert get_plan().seconds == 0
+
+
+@pytest.mark.parametrize("reason", [errno.EACCES, errno.EIO])
+def test_a_plan_that_cannot_be_read_is_not_called_damaged(
+    reason: int, cache: Path, plan_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = cache / "plans" / plan_file.name
+    copy.parent.mkdir(parents=True)
+    copy.write_bytes(plan_file.read_bytes())
+
+    def refused(*_: Any) -> Any:
+        raise OSError(reason, os.strerror(reason))
+
+    monkeypatch.setattr(store, "read_arrays", refused)
+    said: list[str] = []
+    assert store.load(copy.name.removesuffix(f"-v{store.VERSION}.npz"), said.append) is None
+    assert said == [
+        f"the cached plan {copy} cannot be read: {os.strerror(reason)}; it is made again"
+    ]
+    assert copy.exists()
+
+
+def test_a_full_disk_is_said_with_the_file(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(np, "savez", full)
+    said: list[str] = []
+    store.save("x", {"a": np.zeros(1)}, said.append)
+    path = cache / "plans" / f"x-v{store.VERSION}.npz"
+    assert said == [f"the plan could not be cached in {path}: No space left on device"]
 
 
 def test_any_flipped_byte_is_noticed_or_harmless(cache: Path) -> None:
@@ -542,7 +691,7 @@ def test_a_folder_where_the_plan_should_lie(cache: Path) -> None:
     said: list[str] = []
     assert store.load("x", said.append) is None
     store.save("x", {"a": np.zeros(1)}, said.append)
-    assert "is damaged" in said[0]
+    assert "cannot be read: Is a directory" in said[0]
     assert "could not be cached" in said[1]
     assert sorted(p.name for p in (cache / "plans").iterdir()) == [f"x-v{store.VERSION}.npz"]
 

@@ -16,10 +16,11 @@ from i2pdsl.errors import Diagnostic, StoryError
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def check(paths: tuple[str, ...], as_json: bool) -> int:
     """Check stories, libraries and worlds, or whole folders of them."""
-    from i2pdsl.language.check import check_source
+    from i2pdsl.language.check import TypedStory, check_source
     from i2pdsl.language.statements import read_source
-    from i2pdsl.worlds.find import find_vocabulary
+    from i2pdsl.worlds.find import find_vocabulary, world_warnings
     from i2pdsl.worlds.grid.parse import parse_world
+    from i2pdsl.worlds.grid.reach import goal_warnings
 
     diagnostics: list[Diagnostic] = []
     files: list[str] = []
@@ -33,10 +34,13 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
         try:
             source = read_source(name)
             if name.endswith(".world"):
-                parse_world(source, Path(name).stem)
+                diagnostics.extend(goal_warnings(parse_world(source, Path(name).stem), name))
             else:
-                checked = check_source(source, find_vocabulary, Path(name).parent)
+                folder = Path(name).parent
+                checked = check_source(source, find_vocabulary, folder)
                 diagnostics.extend(checked.warnings)
+                if isinstance(checked, TypedStory):
+                    diagnostics.extend(world_warnings(checked.world, folder, checked))
         except StoryError as problem:
             diagnostics.extend(problem.diagnostics)
     diagnostics = list(dict.fromkeys(diagnostics))

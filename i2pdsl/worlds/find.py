@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
+from i2pdsl.errors import Diagnostic
+from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
 from i2pdsl.worlds.grid.parse import load_world
+from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hill.spec import NAME as HILL
@@ -65,3 +68,16 @@ def find_vocabulary(
     if spec is None:
         return None
     return vocabulary_of(spec.with_settings(dict(settings)) if settings else spec)
+
+
+def world_warnings(
+    name: str, folder: Path | None = None, story: TypedStory | None = None
+) -> tuple[Diagnostic, ...]:
+    """What is odd about a world, with a story's settings, without being a mistake."""
+    path, spec = world_path(name, folder), find_spec(name, folder)
+    if path is None or not isinstance(spec, GridSpec):
+        return ()
+    if story is None:
+        return goal_warnings(spec, str(path))
+    told = spec.with_settings(dict(story.settings))
+    return goal_warnings(told, str(path), story.start, story.length)

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from i2pdsl.planning.value_iteration import (
+from i2pdsl.planning.problem import (
     Answer,
-    NotConverged,
     Problem,
     boltzmann,
     expected_reward,
     q_values,
-    solve,
+    residual_at,
 )
+from i2pdsl.planning.value_iteration import NotConverged, padded_states, solve
 
 
 def random_problem(
@@ -102,7 +102,9 @@ def test_the_residual_is_true_and_within_the_tolerance(gamma: float, tolerance: 
         again = backup(problem, continuation_of(problem, values, p), p)
         worst = max(worst, *(abs(x - y) for x, y in zip(again, values, strict=True)))
     assert found.residual <= tolerance
-    assert worst == pytest.approx(found.residual, rel=0.05, abs=1e-12)
+    assert found.residual / 3 - 1e-12 <= worst <= found.residual + 1e-12
+    assert found.bound == found.residual / (1 - gamma)
+    assert residual_at(problem, found.continuation, np.arange(60)) <= tolerance
 
 
 def test_problems_do_not_depend_on_their_neighbours() -> None:
@@ -246,8 +248,7 @@ def test_single_precision_first_ends_in_double(tolerance: float) -> None:
     found = solve(problem, tolerance=tolerance)
     assert found.residual <= tolerance
     assert found.sweeps < 600
-    measured = residual_by_arrays(problem, found.continuation)
-    assert measured == pytest.approx(found.residual, abs=1e-11)
+    assert residual_by_arrays(problem, found.continuation) <= found.residual + 1e-11
 
 
 @pytest.mark.parametrize("gamma", [0.5, 0.99, 0.999])
@@ -281,3 +282,34 @@ def test_the_precision_of_others_stays_as_it_was() -> None:
 
     solve(random_problem(9, 0.5))
     assert jnp.ones(2).dtype == jnp.float32
+
+
+@pytest.mark.parametrize("gamma", [0.0, 0.9, 0.99])
+def test_no_value_is_further_from_the_truth_than_the_bound(gamma: float) -> None:
+    problem = random_problem(10, gamma, states=30, problems=3)
+    found = solve(problem, tolerance=1e-3)
+    for p in range(3):
+        wrong = np.abs(found.continuation[:, p] - by_loops(problem, p)).max()
+        assert wrong <= found.bound + 1e-9
+
+
+def test_worlds_of_about_one_size_share_a_program() -> None:
+    from i2pdsl import programs
+
+    solve(random_problem(11, states=49, problems=4))
+    before = len(programs._memory)
+    for states, problems in ((50, 3), (56, 20), (53, 1)):
+        solve(random_problem(12, states=states, problems=problems))
+    assert len(programs._memory) == before
+    for count in (1, 2, 5, 100, 930, 3360, 8192, 8193, 208_860, 10**7):
+        most = max(2 * count, 1024) if count <= 8192 else 1.125 * count
+        assert count <= padded_states(count) <= most
+    assert padded_states(208_860) < 1.03 * 208_860
+
+
+def test_single_states_and_single_problems() -> None:
+    problem = Problem(
+        np.zeros((2, 1), int), 1.0, np.ones((1, 1)), np.zeros(2), np.zeros(1, int), 0.5
+    )
+    found = solve(problem, tolerance=1e-9)
+    np.testing.assert_allclose(found.continuation, [[2.0]])

@@ -22,7 +22,7 @@ class Dynamics:
     """The arrays of a world's states. S states, E entities, C characters, A = 5 actions, N cells.
 
     Attributes:
-        cells: int16 [S, E], the cell of each entity.
+        cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
         lookup: int32 [N+1]*E flattened, the state of an arrangement, -1 where it is invalid.
         strides: int [E], so that lookup[(cells * strides).sum()] is the state.
         successor: int32 [C, A, S], the state after a character's action if it succeeds; the state
@@ -67,11 +67,12 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
 
 
 def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
-    """All valid cells of the entities, in row-major order: int16 [S, E]."""
-    cells = np.zeros((1, 0), dtype=np.int16)
+    """All valid cells of the entities, in row-major order: int16 or int32 [S, E]."""
+    narrow = np.dtype(np.int16 if count <= np.iinfo(np.int16).max else np.int32)
+    cells = np.zeros((1, 0), dtype=narrow)
     may_be_absent = [False] * len(spec.characters) + [t.may_be_absent for t in spec.things]
     for absent_too in may_be_absent:
-        options = np.arange(count + absent_too, dtype=np.int16)
+        options = np.arange(count + absent_too, dtype=narrow)
         repeated = np.repeat(cells, len(options), axis=0)
         column = np.tile(options, len(cells))
         free = np.ones(len(column), dtype=bool)

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY
-from i2pdsl.worlds.sizes import padded_size
 from i2pdsl.worlds.world import Branches
 
 Array = Any

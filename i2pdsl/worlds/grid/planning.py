@@ -8,19 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
+from i2pdsl.planning.problem import Answer, Problem, boltzmann, expected_reward, residual_at
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, grid_hypotheses, rationality_of
-
-if TYPE_CHECKING:
-    from i2pdsl.planning.value_iteration import Answer, Problem
 
 MakeAnswer = Callable[[int], "Answer"]
 """An answer for a number of problems."""
@@ -32,7 +30,10 @@ the other's goal is None where the other is irrational."""
 Report = Callable[[str, int, float, float | None], None]
 """Progress: (stage, sweep, residual, expected number of sweeps or None)."""
 
-TOLERANCE = 1e-4  # Bellman residual, in values
+MODELLED = 1e-3  # what a modeller expects of the other is so much nearer to the truth
+FORGIVEN = 1e-4  # the residual that will do where rounding keeps values from settling further
+LARGEST_INDEX = 2**31 - 1  # of states and arrangements: searches count in 32 bits
+SAMPLE = 1024  # states at which a plan from the cache is looked at
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,16 @@ class Plan:
     Attributes:
         keys: for each character, its problems.
         continuation: for each character float64 [S, P], the value after an action.
-        residual: the largest Bellman residual that was reached.
+        residual: the largest Bellman residual that was reached; of a sample of the states where
+            the plan came from the cache.
+        bound: no value is further from the truth.
         seconds: the time that solving took, 0 where the plan came from the cache.
     """
 
     keys: tuple[tuple[Key, ...], ...]
     continuation: tuple[np.ndarray, ...]
     residual: float
+    bound: float
     seconds: float = 0.0
 
 
@@ -75,27 +79,35 @@ def problem_of(spec: GridSpec, character: Character, row: dict[str, float | str 
 
 
 def estimated_bytes(spec: GridSpec) -> int:
-    """Memory that planning takes at its peak: tables, values and their working copies."""
-    states = spec.state_count
-    entities = len(spec.entities)
+    """Memory that planning takes at its peak: tables, values and their copies (measured)."""
     problems = sum(len(keys) for keys in problem_keys(spec))
-    moves = 2 * 4 * len(ACTIONS) * len(spec.characters)
-    return (
-        states * (2 * entities + moves + 8 * problems * 2 + 16 * 8 * 6)
-        + 4 * (len(spec.free_cells) + 1) ** entities
-    )
+    # A state's values, its rewards and policies in the groups, and its successors.
+    each = 100 * problems + 500
+    return 2**26 + spec.state_count * each + 4 * _arrangements(spec)
+
+
+def _arrangements(spec: GridSpec) -> int:
+    """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
+    return (len(spec.free_cells) + 1) ** len(spec.entities)
 
 
 def check_memory(spec: GridSpec) -> None:
     """Refuses a world whose tables would not fit, before any work. Raises StoryError."""
     needed, available = estimated_bytes(spec), memory_limit()
-    if needed > available or spec.state_count >= 2**31:
+    hint = "make the map smaller, or take an object away"
+    whole = whole_file(f"{spec.name}.world")
+    if needed > available:
         message = (
             f"the world has {spec.state_count:,} states; planning would take "
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
-        hint = "make the map smaller, or take an object away"
-        raise error("too-large", message, whole_file(f"{spec.name}.world"), hint)
+        raise error("too-large", message, whole, hint)
+    if _arrangements(spec) > LARGEST_INDEX:
+        message = (
+            f"the world has {_arrangements(spec):,} arrangements of its characters and objects, "
+            f"more than can be numbered ({LARGEST_INDEX:,})"
+        )
+        raise error("too-large", message, whole, hint)
 
 
 def memory_limit() -> int:
@@ -117,23 +129,52 @@ def load_or_plan(
 ) -> Plan:
     """The plan from the cache, or solved now and stored there.
 
-    A damaged entry is said and made again.
+    An entry that is damaged, or holds anything but this plan, is said and made again.
     """
     keys = problem_keys(spec)
     name = f"{spec.planning_key}-{_digest(keys)}"
-    found = store.load(name, say)
+    shapes = {f"continuation_{i}": (spec.state_count, len(k)) for i, k in enumerate(keys)}
+    size = sum(8 * states * problems for states, problems in shapes.values())
+    found = store.load(name, say, size + 2**16)
     if found is not None:
-        right = {f"continuation_{i}": (spec.state_count, len(k)) for i, k in enumerate(keys)}
-        if {key: array.shape for key, array in found.items()} == {**right, "residual": ()}:
-            return Plan(keys, tuple(found[key] for key in right), float(found["residual"]))
-        if say is not None:
-            say(f"the cached plan {name} does not fit the world; it is made again")
+        plan = _plan_of(spec, dynamics, keys, shapes, found)
+        if plan is not None:
+            return plan
+        store.refuse(name, "does not fit the world", say)
     check_memory(spec)
     with computing(say):
-        plan = solve(spec, dynamics(), report=report)
-    content = {f"continuation_{i}": array for i, array in enumerate(plan.continuation)}
-    store.save(name, {**content, "residual": np.array(plan.residual)}, say)
+        plan = solve(spec, dynamics(), report=report, say=say)
+    store.save(name, dict(zip(shapes, plan.continuation, strict=True)), say)
     return plan
+
+
+def _plan_of(
+    spec: GridSpec,
+    dynamics: Callable[[], Dynamics],
+    keys: tuple[tuple[Key, ...], ...],
+    shapes: dict[str, tuple[int, int]],
+    found: dict[str, np.ndarray],
+) -> Plan | None:
+    """The plan that a cache holds, if it is one: everywhere finite, and right in some states."""
+    right = {key: (shape, np.dtype(np.float64)) for key, shape in shapes.items()}
+    if {key: (array.shape, array.dtype) for key, array in found.items()} != right:
+        return None
+    values = tuple(np.ascontiguousarray(found[key]) for key in shapes)
+    if not all(np.isfinite(array).all() for array in values):
+        return None
+    count = spec.state_count
+    # Nobody who writes the file can know the sample.
+    some = np.arange(count) if count <= SAMPLE else np.random.default_rng().choice(count, SAMPLE)
+    built, residuals = dynamics(), {}
+    for who in _order(spec):
+        with np.errstate(all="ignore"):  # numbers of any size may stand in a file
+            problem = _problem_of(spec, built, who, keys, dict(enumerate(values)), some)
+            residuals[who] = residual_at(problem, values[who], some)
+        rounding = 16 * np.finfo(float).eps * np.abs(values[who]).max()
+        if not residuals[who] <= 2 * _tolerance(spec, who) + rounding:
+            return None
+    bound = _bound(spec, residuals, dict(enumerate(values)))
+    return Plan(keys, values, max(residuals.values()), bound)
 
 
 def _digest(keys: tuple[tuple[Key, ...], ...]) -> str:
@@ -145,46 +186,107 @@ def _digest(keys: tuple[tuple[Key, ...], ...]) -> str:
 def solve(
     spec: GridSpec,
     dynamics: Dynamics,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     report: Report | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Plan:
-    """Solves all problems of a world exactly, to a Bellman residual of `tolerance`.
+    """Solves all problems of a world exactly: to a Bellman residual of `tolerance`, or one for
+    which beliefs are right to 1e-4 and values to 1e-2.
 
     Raises StoryError if the values do not settle.
     """
     import time
 
-    from i2pdsl.planning.value_iteration import NotConverged, boltzmann
+    from i2pdsl.planning.value_iteration import NotConverged
     from i2pdsl.planning.value_iteration import solve as solve_problems
 
     started = time.perf_counter()
     keys = problem_keys(spec)
-    modeller = spec.modeller
-    order = sorted(range(len(keys)), key=lambda i: spec.characters[i] == modeller)
     found: dict[int, np.ndarray] = {}
-    residual = 0.0
-    for who in order:
-        c = spec.characters[who]
-        other = 1 - who if len(keys) == 2 else None
-        if c != modeller or other is None:
-            problem = _problem(spec, dynamics, who, keys[who], _level0(spec, dynamics, other))
-        else:
-            partner = _problem(spec, dynamics, other, keys[other], _level0(spec, dynamics, who))
-            policy = boltzmann(partner, found[other], spec.settings.beta)
-            answer = _modelled(spec, dynamics, other, keys[other], keys[who], policy)
-            problem = _problem(spec, dynamics, who, keys[who], answer)
+    residuals: dict[int, float] = {}
+    for who in _order(spec):
+        problem = _problem_of(spec, dynamics, who, keys, found)
         try:
             solution = solve_problems(
                 problem,
-                tolerance=tolerance,
-                progress=None if report is None else partial(report, c.name),
+                tolerance=tolerance or _tolerance(spec, who),
+                forgiven=FORGIVEN,
+                progress=None if report is None else partial(report, spec.characters[who].name),
+                say=say,
             )
         except NotConverged as problem_:
             raise _not_settled(spec, str(problem_)) from None
-        found[who] = np.asarray(solution.continuation)
-        residual = max(residual, solution.residual)
+        found[who], residuals[who] = solution.continuation, solution.residual
     arrays = tuple(found[i] for i in range(len(keys)))
-    return Plan(keys, arrays, residual, time.perf_counter() - started)
+    bound = _bound(spec, residuals, found)
+    return Plan(keys, arrays, max(residuals.values()), bound, time.perf_counter() - started)
+
+
+def _order(spec: GridSpec) -> list[int]:
+    """The characters, the modeller last."""
+    return sorted(range(len(spec.characters)), key=lambda i: spec.characters[i] == spec.modeller)
+
+
+def _problem_of(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    who: int,
+    keys: tuple[tuple[Key, ...], ...],
+    found: dict[int, np.ndarray],
+    states: Any = slice(None),
+) -> Problem:
+    """The problems of a character. The modeller's need the continuations of the other, and are
+    for `states` only (value_iteration.residual_at)."""
+    other = 1 - who if len(keys) == 2 else None
+    if spec.characters[who] != spec.modeller or other is None:
+        return _problem(spec, dynamics, who, keys[who], _level0(spec, dynamics, other))
+    partner = _problem(spec, dynamics, other, keys[other], _level0(spec, dynamics, who))
+    policy = boltzmann(partner, found[other], spec.settings.beta, states)
+    answer = _modelled(spec, dynamics, other, keys[other], keys[who], policy, states)
+    return _problem(spec, dynamics, who, keys[who], answer)
+
+
+def _tolerance(spec: GridSpec, who: int) -> float:
+    """The Bellman residual to which a character's problems are solved.
+
+    A residual r bounds the error of values by r / (1 - gamma). What viewers believe depends on
+    beta times the differences of values, and what they expect on beliefs times values, which grow
+    with 1 / (1 - gamma): measured against tight solutions (tests/test_accuracy.py). Rounding sets
+    a limit of its own.
+    """
+    numbers = spec.settings
+    far = 1 - numbers.gamma
+    wanted = min(1e-6, 1e-4 * far) * min(1.0, 2 / max(numbers.beta, 1e-9))
+    modeller = spec.modeller
+    if modeller is not None and spec.characters[who] != modeller:
+        wanted *= MODELLED * min(1.0, 100 * far) ** 2
+    return max(wanted, 2 * float(np.finfo(float).eps) * _largest_reward(spec, who) / far)
+
+
+def _largest_reward(spec: GridSpec, who: int) -> float:
+    """The largest reward of a character for a turn, whatever its sign."""
+    numbers, c = spec.settings, spec.characters[who]
+    own = abs(numbers.goal) + max(abs(numbers.move), abs(numbers.stay))
+    return own * (1 + max((abs(rho) for rho in c.attitude), default=0.0))
+
+
+def _bound(spec: GridSpec, residuals: dict[int, float], found: dict[int, np.ndarray]) -> float:
+    """How far the values may be from the truth: each from the solution of its own equation, and
+    the modeller's also because the other's policy is that of values not quite right.
+
+    An error e of the other's values changes the odds of its actions by at most exp(2 beta e), and
+    a policy that differs by d in sum gives values that differ by at most d / (1 - gamma) times
+    half the range of what comes after it.
+    """
+    far = 1 - spec.settings.gamma
+    bounds = {who: residual / far for who, residual in residuals.items()}
+    modeller = spec.modeller
+    if modeller is not None and len(bounds) == 2:
+        who = spec.characters.index(modeller)
+        changed = np.expm1(2 * spec.settings.beta * bounds[1 - who])
+        after = np.ptp(found[who], axis=0).max() / 2 + 2 * _largest_reward(spec, who)
+        bounds[who] += float(changed * after / far)
+    return max(bounds.values())
 
 
 def _not_settled(spec: GridSpec, reason: str) -> StoryError:
@@ -227,8 +329,6 @@ def _problem(
     keys: tuple[Key, ...],
     answer: MakeAnswer | None,
 ) -> Problem:
-    from i2pdsl.planning.value_iteration import Problem
-
     reward, goal = _rewards(spec, dynamics, who, keys)
     return Problem(
         successor=dynamics.successor[who],
@@ -245,8 +345,6 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeAnswer
     """How one who models nobody believes that the other acts: uniformly, or by the costs."""
     if other is None:
         return None
-    from i2pdsl.planning.value_iteration import Answer
-
     if spec.settings.level0 == "costs":
         weights = np.exp(spec.settings.beta * (costs(spec) - costs(spec).max()))
     else:
@@ -273,12 +371,11 @@ def _modelled(
     other_keys: tuple[Key, ...],
     keys: tuple[Key, ...],
     policy: np.ndarray,
+    states: Any,
 ) -> MakeAnswer:
-    """The modelled one's softmax policies, and a uniform one for where he is irrational."""
-    from i2pdsl.planning.value_iteration import Answer, expected_reward
-
+    """The modelled one's softmax policies in `states`, and a uniform one where he is irrational."""
     reward, goal = _rewards(spec, dynamics, other, other_keys)
-    social = expected_reward(policy, reward[:, goal], costs(spec))
+    social = expected_reward(policy, reward[states][:, goal], costs(spec))
     models = bool(spec.characters[1 - other].models)
     names = [key[0] for key in other_keys]
     uniform = np.full((1, *policy.shape[1:]), 1 / len(ACTIONS))

@@ -11,6 +11,7 @@ import numpy as np
 
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import (
@@ -26,7 +27,6 @@ from i2pdsl.worlds.grid.planning import (
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.sizes import padded_size
 from i2pdsl.worlds.world import Branches, Viewer, on_device
 
 Array = Any
@@ -40,6 +40,7 @@ class GridWorld:
         spec: the world as it is; viewers may believe in other numbers.
         tables: the arrays, in NumPy and doubles (model.Tables).
         residual: the Bellman residual of the values.
+        bound: how far values may be from the truth.
         planning_seconds: time spent on planning, 0 where all came from the cache.
     """
 
@@ -48,6 +49,7 @@ class GridWorld:
     tables: model.Tables
     moves: model.Moves
     residual: float
+    bound: float
     planning_seconds: float
 
     @property
@@ -208,7 +210,7 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
     nothing = tuple(
         np.broadcast_to(np.zeros(()), (dynamics.state_count, len(problems))) for problems in keys
     )
-    return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0)])
+    return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0, 0.0)])
 
 
 def assemble(
@@ -276,5 +278,6 @@ def assemble(
         tables,
         moves,
         max(p.residual for p in plans),
+        max(p.bound for p in plans),
         sum(p.seconds for p in distinct),
     )
