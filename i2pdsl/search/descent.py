@@ -175,7 +175,7 @@ def prepare_descent(
         hint = "take fewer seeds, or a shorter window or lookahead"
         raise error("search", message, whole_file("search"), hint)
     tables = world.search_tables
-    knobs = jnp.asarray([plan.rate, plan.damping], jnp.float32)
+    knobs = np.array([plan.rate, plan.damping], np.float32)
     began = time.perf_counter()
     params = prepared(world, objective, say)
     nodes = _roots(world, objective, length, tables, params, so_far, plan.seeds)
@@ -220,11 +220,11 @@ def _roots(
 ) -> Node:
     """Where all seeds begin: the empty script, or the one that is there already."""
     if so_far is None:
-        start = jnp.asarray(world.starts(None)[0], jnp.float32)
+        start = world.starts(None)[0].astype(np.float32)
         node = jax.jit(lambda state: root(world, objective, tables, params, state))(start)
     else:
         node = resume(world, objective, length, tables, params, so_far)
-    return jax.tree.map(lambda part: jnp.repeat(jnp.asarray(part)[None], count, axis=0), node)
+    return jax.tree.map(lambda part: np.repeat(np.asarray(part)[None], count, axis=0), node)
 
 
 def _improve(

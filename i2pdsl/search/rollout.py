@@ -101,20 +101,6 @@ def scores(
     return jnp.where(alive, value, -jnp.inf)
 
 
-def advance(
-    world: World,
-    objective: Objective,
-    tables: Any,
-    params: Any,
-    node: Node,
-    action: Array,
-    score: Array,
-) -> Node:
-    """The node that an action leads to; `score` is what its prefix is worth."""
-    node, _ = follow(world, objective, tables, params, node, action)
-    return node._replace(score=score)
-
-
 def follow(
     world: World, objective: Objective, tables: Any, params: Any, node: Node, action: Array
 ) -> tuple[Node, Frame]:
@@ -142,9 +128,8 @@ def retraced(
 
     def frame(node: Node, step: tuple[Array, Array, Array]) -> tuple[Node, None]:
         t, action, state = step
-        after = advance(
-            world, objective, tables, params, node._replace(state=state), action, node.score
-        )
+        here = node._replace(state=state)
+        after, _ = follow(world, objective, tables, params, here, action)
         return jax.tree.map(lambda a, b: jnp.where(t < number, a, b), after, node), None
 
     node = root(world, objective, tables, params, states[0])
