@@ -61,8 +61,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     except OSError as problem:
         names = [str(n) for n in (problem.filename, problem.filename2) if n is not None]
-        if names and not any(_TEMPORARY in name for name in names):
-            raise  # of another file
+        if problem.errno is None or (names and not any(_TEMPORARY in name for name in names)):
+            raise  # of another file, or not of a file at all
         raise OSError(problem.errno, problem.strerror or str(problem), str(path)) from problem
     finally:
         if temporary is not None:
