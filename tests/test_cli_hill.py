@@ -14,7 +14,11 @@ import pytest
 
 from commands_for_tests import I2P, Run
 from i2pdsl.cli import DONE, INTERRUPTED, WRONG
+from i2pdsl.computing import computing
+from i2pdsl.language.statements import read_source
+from i2pdsl.pipeline import story_from
 from i2pdsl.planning.actor_critic import Recipe
+from i2pdsl.search.prepare import prepare
 from i2pdsl.worlds.hill import training
 from worlds_for_tests import STORIES
 
@@ -153,7 +157,8 @@ def test_train_stores_what_a_story_then_uses(
 
 @pytest.mark.parametrize("command", ["train", "run"])
 def test_interrupted_it_keeps_what_it_has(place: Path, command: str) -> None:
-    long = ["--set", "length=3000", "--set", "steps=200"]
+    settings = [("length", "3000"), ("steps", "60")]
+    long = [word for name, value in settings for word in ("--set", f"{name}={value}")]
     arguments = {
         "train": ["train", "hill", "--iterations", "100000", "--set", "slope=0.15"],
         "run": ["run", str(STORIES / "hill" / "mime.story"), *long, "--format", ""],
@@ -161,6 +166,10 @@ def test_interrupted_it_keeps_what_it_has(place: Path, command: str) -> None:
     environment = {**os.environ}
     if command == "train":
         environment["I2PDSL_CACHE"] = str(place / "cache")
+    else:  # a busy machine compiles for longer than this test waits
+        source = read_source(STORIES / "hill" / "mime.story")
+        with computing():
+            prepare(story_from(source, STORIES / "hill", settings))
     working = subprocess.Popen(
         [*I2P, *arguments],
         stdout=subprocess.PIPE,

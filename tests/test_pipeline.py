@@ -691,7 +691,7 @@ def test_a_folder_where_the_plan_should_lie(cache: Path) -> None:
     said: list[str] = []
     assert store.load("x", said.append) is None
     store.save("x", {"a": np.zeros(1)}, said.append)
-    assert "cannot be read: Is a directory" in said[0]
+    assert "is damaged (it is a folder)" in said[0]
     assert "could not be cached" in said[1]
     assert sorted(p.name for p in (cache / "plans").iterdir()) == [f"x-v{store.VERSION}.npz"]
 

@@ -162,7 +162,7 @@ def start_bytes(
     per_child = 4 * belief * 8
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
-    return width * (per_child * branching(world, events) + 16 * length)
+    return width * (per_child * branching(world, events) + 8 * length)
 
 
 def block_size(
@@ -240,30 +240,37 @@ def _search_block(
 
     def search(start: Array) -> tuple[Array, Array]:
         node = root(world, objective, tables, params, start)
-        return grown(choose, node, width, length)
+        found, steps = grown(choose, node, width, length)
+        best = jnp.argmax(found)
+        return found[best], traced(steps, best)
 
-    found, paths = jax.vmap(search)(starts)
-    best = jnp.argmax(found, axis=1)
-    rows = jnp.arange(len(starts))
-    return found[rows, best], paths[rows, best]
+    return jax.vmap(search)(starts)
+
+
+Steps = tuple[Array, Array]
+"""For each frame the parents and the actions of a beam's scripts, [frames, W] each."""
 
 
 def grown(
-    choose: Callable[[Node], tuple[Node, tuple[Array, Array]]], node: Node, width: int, frames: int
-) -> tuple[Array, Array]:
-    """The scores [W] and actions [W, frames] of a beam that grows from one node."""
+    choose: Callable[[Node], tuple[Node, Steps]], node: Node, width: int, frames: int
+) -> tuple[Array, Steps]:
+    """The scores [W] of a beam that grows from one node, and its steps."""
     copies = jax.tree.map(lambda x: jnp.broadcast_to(x, (width, *jnp.shape(x))), node)
     # One script to go on from: what follows the copies counts for nothing. (A first turn of its
     # own would do less, and make the program twice as long to compile.)
     beam = copies._replace(score=jnp.where(jnp.arange(width) > 0, -jnp.inf, copies.score))
     beam, steps = jax.lax.scan(lambda beam, _: choose(beam), beam, None, length=frames)
+    return beam.score, steps
 
-    def back(place: Array, step: tuple[Array, Array]) -> tuple[Array, Array]:
+
+def traced(steps: Steps, place: Array) -> Array:
+    """The actions [frames] of the script that has a place in the end."""
+
+    def back(place: Array, step: Steps) -> Steps:
         parent, action = step
         return parent[place], action[place]
 
-    _, paths = jax.lax.scan(back, jnp.arange(width), steps, reverse=True)
-    return beam.score, paths.T
+    return jax.lax.scan(back, place, steps, reverse=True)[1]
 
 
 def chooser(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -14,7 +15,7 @@ from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.programs import compiled_program
-from i2pdsl.search.beam import chooser, grown, prepared
+from i2pdsl.search.beam import chooser, grown, prepared, traced
 from i2pdsl.search.descent import descend
 from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import prefix_scores, retraced
@@ -109,5 +110,5 @@ def _search(
     # A script of no value so far (a logarithm of 0) may get one.
     node = node._replace(score=jnp.zeros_like(node.score))
     choose = chooser(world, objective, WIDTH, events, tables, params)
-    worth, written = grown(choose, node, WIDTH, frames)
-    return written, worth
+    worth, steps = grown(choose, node, WIDTH, frames)
+    return jax.vmap(partial(traced, steps))(jnp.arange(WIDTH)), worth

@@ -14,7 +14,8 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import story_from, trajectory
 from i2pdsl.search import beam
-from i2pdsl.search.beam import Found, beam_search, draw_starts
+from i2pdsl.search.beam import Found, beam_search, check_size, draw_starts
+from i2pdsl.worlds.grid.world import unplanned_world
 from worlds_for_tests import Pair, planned, small_kitchen
 
 CORRIDOR = """
@@ -215,22 +216,27 @@ def test_random_scripts_never_beat_the_search(pair: Pair) -> None:
         assert score(pair, text, path.start, path.actions) <= found.scores[0] + 1e-3
 
 
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        ("length 15\nsearch beam(starts = 1000000, width = 10000)", "would take about"),
-        ("length 100000\nsearch beam(width = 1000)", "would take about"),
-        (
-            "length 20000\nmaximize sum_t P(G_robot = left | script[:5])\n"
-            "search beam(width = 10000)",
-            "GiB of memory for one start",
-        ),
-    ],
-)
-def test_a_search_without_end_is_refused_with_numbers(settings: str, said: str) -> None:
-    text = f"world fork\n{settings}\nmaximize sum_t P(G_robot = left | script[:t])\n"
+@pytest.mark.parametrize("settings", ["length 15\nsearch beam(width = 10000)", "length 100000"])
+def test_a_search_that_takes_days_is_refused_with_numbers(settings: str) -> None:
+    text = f"world kitchen\n{settings}\nmaximize sum_t entropy(script[:t])\n"
+    story = story_from(Source("big.story", text))
+    world = unplanned_world(story.spec)
+    objective, plan = story_objective(story.typed, world), story.typed.search
+    size = (world, objective, story.typed.length, 10**6, plan.width, ())
+    with pytest.raises(StoryError, match=r"1,000,000 starts x .* would take about [\d,]+ days"):
+        check_size(*size)
+    said: list[str] = []
+    check_size(world, objective, 15, 10**7, 1, (), said.append)
+    assert "Ctrl-C keeps what was found" in said[0]
+
+
+def test_a_search_that_does_not_fit_is_refused_at_its_statement() -> None:
+    text = (
+        "world fork\nlength 20000\nmaximize sum_t P(G_robot = left | script[:t])\n"
+        "maximize sum_t P(G_robot = left | script[:5])\nsearch beam(width = 10000)\n"
+    )
     with pytest.raises(StoryError) as caught:
         story_from(Source("big.story", text)).solve()
     (problem,) = caught.value.diagnostics
-    assert said in problem.message
-    assert problem.span.text.startswith("search beam")
+    assert "GiB of memory for one start" in problem.message
+    assert problem.span.text == "search beam(width = 10000)"
