@@ -66,7 +66,8 @@ def q_values(
     problem: Problem, continuation: np.ndarray, column: int, states: Any = slice(None)
 ) -> np.ndarray:
     """Q [A, S] of one problem, from the continuations [S, P]; [A, ...] of some states [...]."""
-    w, m = np.ascontiguousarray(continuation[:, column]), problem.success
+    w, m = continuation[:, column], problem.success
+    w = np.ascontiguousarray(w) if isinstance(states, slice) else w  # all are read, or a few
     reward = problem.reward[states, problem.goal[column]]
     q = np.empty((len(problem.cost), *reward.shape))
     for b, successor in enumerate(problem.successor):
