@@ -77,7 +77,7 @@ def compiled_program(
     leaves, structure = jax.tree.flatten(arguments)
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in leaves]
     description = repr((key, [(s.shape, str(s.dtype)) for s in shapes]))
-    known = (description, bool(jax.config.read("jax_enable_x64")))
+    known = (description, bool(jax.config.jax_enable_x64))  # type: ignore[attr-defined]
     if known in _memory:
         return replace(_memory[known], is_new=False)
 
