@@ -6,8 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from i2pdsl.errors import display_width, padded
 from i2pdsl.repl.curves import Canvas, Ink
-from i2pdsl.repl.texts import cells, laid_out, padded
+from i2pdsl.repl.texts import laid_out
 from i2pdsl.scripts import Script
 from i2pdsl.search.grid_script import state_as_json, turn_in_words
 from i2pdsl.worlds.grid.spec import WALL, GridSpec
@@ -43,7 +44,7 @@ def _map(world: GridWorld, state: int, ink: Ink) -> str:
     letters = _letters(spec.entities)
     floor, wall = ("·", "█") if ink.unicode else (".", "#")
     signs = (*letters.values(), *(tile.name[0].lower() for tile in spec.tiles))
-    wide = max(map(cells, signs), default=1)
+    wide = max(map(display_width, signs), default=1)
     wall, floor = wall * wide, padded(floor, wide)
     rows = [[wall if symbol == WALL else floor for symbol in row] for row in spec.rows]
     for tile in spec.tiles:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from i2pdsl.answers import Answer, number
-from i2pdsl.errors import Diagnostic
+from i2pdsl.errors import Diagnostic, display_width, padded
 from i2pdsl.repl.curves import NOTHING, Ink, curves_of, draw_curves, extent
-from i2pdsl.repl.texts import cells, laid_out, padded, wrapped
+from i2pdsl.repl.texts import laid_out, wrapped
 
 MOST_VALUES = 40  # of a curve that are listed below it
 
@@ -183,7 +183,7 @@ def _asked(answer: Answer, ink: Ink) -> str:
 
 def _bars(latent: str, labels: Sequence[str], values: np.ndarray, ink: Ink) -> list[str]:
     """A latent's values with their probabilities, and bars."""
-    width = max(map(cells, labels))
+    width = max(map(display_width, labels))
     longest = max(8, min(24, ink.columns - 26))
     lines = [f"  {ink.paint(latent, 1)}"] if latent else []
     for label, value in zip(labels, values, strict=True):

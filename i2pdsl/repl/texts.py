@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 from textwrap import wrap
+
+from i2pdsl.errors import display_width
 
 _OPEN, _CLOSE = "([{", ")]}"
 _UNFINISHED = re.compile(r"(?:[-+*/^=<>,:|@]|\b(?:and|or|not|then|else|if|in))$")
@@ -55,19 +56,6 @@ def wrapped(text: str, columns: int) -> str:
     return "\n".join(lines)
 
 
-def cells(text: str) -> int:
-    """Columns of a terminal that a text takes: Han signs take two, combining marks none."""
-    if text.isascii():
-        return len(text)
-    wide = sum(unicodedata.east_asian_width(c) in "WF" for c in text)
-    return len(text) + wide - sum(unicodedata.combining(c) > 0 for c in text)
-
-
-def padded(text: str, width: int) -> str:
-    """A text with blanks behind it, so wide on a terminal."""
-    return text + " " * (width - cells(text))
-
-
 def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
     """Pieces side by side, as many as a line holds.
 
@@ -76,12 +64,12 @@ def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: i
     """
     lines, width = [""], 0
     for plain, written in parts:
-        if width and indent + width + gap + cells(plain) > columns:
+        if width and indent + width + gap + display_width(plain) > columns:
             lines.append("")
             width = 0
         between = " " * gap if width else ""
         lines[-1] += between + written
-        width += len(between) + cells(plain)
+        width += len(between) + display_width(plain)
     return [" " * indent + line for line in lines]
 
 

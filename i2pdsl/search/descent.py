@@ -123,7 +123,7 @@ def descend(
         if len(actions) == 1:
             raise
         finished = False
-        made = done + sum(part.shape[1] for part in actions[1:])
+        made = sum(part.shape[1] for part in actions)
         ahead = guess[:, : min(window - stride, end - made)]
         coasted = _coast(world, end, _joined(actions), _joined(states), ahead)
         actions, states = [coasted[0]], [coasted[1]]

@@ -12,7 +12,7 @@ import pytest
 
 import i2pdsl
 from i2pdsl.audience.replay import replay
-from i2pdsl.errors import Source
+from i2pdsl.errors import Source, display_width
 from i2pdsl.language.builtins import FORMS, STATEMENTS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.objective.terms import score_script
@@ -30,7 +30,6 @@ from i2pdsl.repl.showing import (
     on_a_terminal,
 )
 from i2pdsl.repl.state import State
-from i2pdsl.repl.texts import cells
 from i2pdsl.repl.words import COMMANDS
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.find import find_vocabulary
@@ -793,8 +792,8 @@ def test_maps_with_wide_signs_stand_in_columns(
     right(session, "world han")
     looked = shown(session, "show")
     lines = in_a_line(looked).splitlines()[1:4]
-    assert {cells(line) for line in lines} == {4 + 4 * 2 + 3}
+    assert {display_width(line) for line in lines} == {4 + 4 * 2 + 3}
     assert lines[0].endswith(" ██")
     bars = on_a_terminal(looked, Ink()).splitlines()[-2:]
-    one, other = (cells(bar[: bar.index("0.5")]) for bar in bars)
+    one, other = (display_width(bar[: bar.index("0.5")]) for bar in bars)
     assert one == other
