@@ -165,7 +165,7 @@ def interrupted_after(seconds: float, arguments: list[str]) -> tuple[int, str, s
 def test_interrupted_it_keeps_what_it_has(
     place: Path, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    long = ["--set", "length=3000", "--set", "steps=20"]
+    long = ["--set", "length=3000", "--set", "steps=300"]  # a quarter of an hour, whole
     arguments = {
         "train": ["train", "hill", "--iterations", "100000", "--set", "slope=0.15"],
         "run": ["run", str(STORIES / "hill" / "mime.story"), *long, "--format", ""],
