@@ -17,14 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.objective.replay import replay
 from i2pdsl.pipeline import story_from
 from i2pdsl.scripts import Script
-from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.world import HillWorld, build_hill
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"

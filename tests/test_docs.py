@@ -43,7 +43,7 @@ from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import SEARCH_SETTINGS
 from i2pdsl.language.vocabulary import Setting
-from i2pdsl.repl.curves import Ink
+from i2pdsl.render.characters import Ink
 from i2pdsl.repl.session import Session as Lines
 from i2pdsl.repl.terminal import tell
 from i2pdsl.worlds.find import find_vocabulary

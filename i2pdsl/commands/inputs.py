@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.output import DONE, INTERRUPTED, show
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.output import DONE, INTERRUPTED, show
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Script, Story

@@ -56,6 +56,11 @@ def _is_weight(value: float | None) -> bool:
     return value is not None and value >= 0 and isfinite(value)
 
 
+def _plan(method: str, values: dict[str, SettingValue]) -> SearchPlan:
+    kinds = {k: type(getattr(_PLAN, k)) for k in values}
+    return replace(_PLAN, method=method, **{k: kinds[k](v) for k, v in values.items()})
+
+
 class Settings:
     """Reads settings, and reports those that are wrong."""
 
@@ -199,13 +204,13 @@ class Settings:
 
     def search(self, statement: ast.Search | None) -> SearchPlan:
         """The plan of `search NAME(...)`, or the world's usual one."""
-        enumerable = self.elaborator.world.enumerable
+        words = self.elaborator.world
+        enumerable, usual = words.enumerable, dict(words.search_settings)
         if statement is None:
-            return SearchPlan() if enumerable else SearchPlan("descend")
+            return _plan(words.search, usual)
         name = statement.name.id
         if name not in SEARCH_SETTINGS:
-            words = tuple(SEARCH_SETTINGS)
-            hint = did_you_mean(name, words) or "searches: " + ", ".join(words)
+            hint = did_you_mean(name, SEARCH_SETTINGS) or "searches: " + ", ".join(SEARCH_SETTINGS)
             self.problem("search", f"there is no search `{name}`", statement.name.span, hint)
         elif name == "descend" and enumerable:
             message = "`descend` needs continuous actions; this world's can be listed"
@@ -223,9 +228,9 @@ class Settings:
                 self.useless(statement, ("optimiser", "rate"), "bound", how)
             elif values.get("optimiser", "adam") != "adam":
                 self.useless(statement, ("rate",), "optimiser", "it finds its own step size")
-            kinds = {k: type(getattr(_PLAN, k)) for k in values}
-            return SearchPlan(name, **{k: kinds[k](v) for k, v in values.items()})
-        return SearchPlan() if enumerable else SearchPlan("descend")
+            own = {s.name: usual[s.name] for s in offered if s.name in usual}
+            return _plan(name, {**own, **values})
+        return _plan(words.search, usual)
 
     def useless(
         self, statement: ast.Search, names: tuple[str, ...], beside: str, hint: str

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from i2pdsl.render.mind import Panel
 
 FORMATS = ("png", "svg", "gif", "mp4", "html")
 KEY_FRAMES = 8
@@ -22,6 +26,11 @@ class PictureFiles:
 
     title: str
     names: tuple[str, str, str] = ("comic", "page", "film")
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """The curves of belief."""
+        raise NotImplementedError
 
     def comic(self) -> str:
         """The comic strip, as SVG."""

@@ -9,14 +9,15 @@ import pytest
 
 import reference
 from i2pdsl import programs
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source, StoryError
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import story_from, trajectory
+from i2pdsl.pipeline import story_from
 from i2pdsl.search import beam
-from i2pdsl.search.beam import Found, beam_search, check_size, draw_starts
+from i2pdsl.search.beam import Found, beam_search, check_size
+from i2pdsl.search.task import draw_starts
 from i2pdsl.worlds.grid.world import unplanned_world
-from worlds_for_tests import Pair, planned, small_kitchen
+from worlds_for_tests import Pair, planned, small_kitchen, trajectory
 
 CORRIDOR = """
 map

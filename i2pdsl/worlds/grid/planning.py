@@ -17,8 +17,9 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.planning.problem import Answer, Problem, boltzmann, expected_reward, residual_at
 from i2pdsl.worlds.grid.dynamics import Dynamics
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, grid_hypotheses, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 MakeAnswer = Callable[[int], "Answer"]
 """An answer for a number of problems."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -147,6 +147,23 @@ class GridWorld:
                 (act.action, not act.fails)
             )
         return zero + code, zero == 0
+
+    action_shape = ()
+
+    @property
+    def turn_count(self) -> int:
+        return self.moves.turn_count
+
+    @property
+    def event_slots(self) -> int:
+        return self.moves.slots
+
+    def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
+        entities = self.spec.entities
+        return tuple(self.moves.events.index(entities.index(thing)) for _, thing in allowed)
+
+    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> NoReturn:
+        raise NotImplementedError("actions are listed, not descended to")
 
     # The start.
 

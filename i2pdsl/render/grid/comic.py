@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.render.choreography import Film, Key, choreograph, sample
-from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
-from i2pdsl.render.raster import text_width
-from i2pdsl.render.scene import (
+from i2pdsl.render.grid.choreography import Film, Key, choreograph, sample
+from i2pdsl.render.grid.scene import (
     MARGIN,
     actor_svg,
     life,
@@ -19,8 +17,11 @@ from i2pdsl.render.scene import (
     stage_background,
     stage_symbols,
 )
-from i2pdsl.render.sprites import INK, actor_tint, mix
-from i2pdsl.render.stage import DIRECTIONS, Actor, Beat, Cell, Stage
+from i2pdsl.render.grid.sprites import actor_tint
+from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Beat, Cell, Stage
+from i2pdsl.render.ink import INK, mix
+from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
+from i2pdsl.render.raster import text_width
 
 # ------------------------------------------------------------------------------ choosing frames
 
