@@ -28,7 +28,7 @@ from i2pdsl.language.builtins import FUNCTIONS, RESERVED, STATEMENT_WORDS
 from i2pdsl.language.parse import grammar, statement_tree
 from i2pdsl.language.statements import split_statements
 from i2pdsl.worlds.blocks import grammar as world_grammar
-from i2pdsl.worlds.kinds import KINDS as WORLDS
+from i2pdsl.worlds.kinds import KINDS as WORLD_KIND_NAMES
 from i2pdsl.worlds.kinds import kind_named, syntax_of
 
 ROOT = Path(__file__).parents[2]
@@ -50,7 +50,7 @@ TEXTS = st.lists(st.sampled_from([*WORDS, *SIGNS, *KEYWORDS]), max_size=60).map(
 
 def test_every_terminal_has_a_kind() -> None:
     assert set(KINDS) == {t.name for t in grammar().terminals}
-    for kind in WORLDS:
+    for kind in WORLD_KIND_NAMES:
         names = {t.name for t in world_grammar(kind_named(kind).syntax.grammar).terminals}
         assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_KINDS)
     kinds = {*KINDS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
