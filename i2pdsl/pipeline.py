@@ -19,6 +19,7 @@ from i2pdsl.language.check import Library, TypedStory, check_source, default_ass
 from i2pdsl.language.override import override
 from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.statements import read_source
+from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.scripts import Answer, Script, extended, script_from, script_of
 from i2pdsl.search.candidates import select_different
@@ -117,7 +118,7 @@ class Story:
 
     def allowed_starts(self, world: World) -> np.ndarray:
         """The states that fulfil the `start`. Raises StoryError where there is none."""
-        allowed = world.starts(self.typed.start)
+        allowed = allowed_starts(world, self.typed.start)
         if not len(allowed):
             whole = whole_file(self.typed.source.name)
             raise error("start", "no state of the world fulfils the `start` condition", whole)

@@ -72,7 +72,7 @@ def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Traj
     """
     generator = np.random.default_rng(seed)
     actions = noise * generator.normal(size=(length, MUSCLE_COUNT))
-    states = [world.starts(None)[0]]
+    states = [world.starts()[0]]
     for action in actions:
         states.append(world.transition(world.tables, states[-1], action))
     return Trajectory(actions, np.array(states))

@@ -95,7 +95,7 @@ class HillWorld(ContinuousWorld):
         """The checker's numbers of characters and things as names of groups of nodes."""
         return tuple((HOPPER, BOX)[a] for a in arguments)
 
-    def starts(self, condition: ty.Typed | None) -> np.ndarray:
+    def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
 
