@@ -99,7 +99,7 @@ def descend(
     changes = world.guesses(length + window, plan.seeds, plan.noise, seed).astype(np.float32)
     nodes, guess = ready.nodes, changes[:, :window]
     fixed = (ready.tables, ready.params, ready.knobs)
-    start = so_far or empty(world, world.starts(None)[0])
+    start = so_far or empty(world, world.starts()[0])
     actions = [np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)]
     states = [np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
@@ -218,7 +218,7 @@ def _roots(
 ) -> Node:
     """Where all seeds begin: the empty script, or the one that is there already."""
     if so_far is None:
-        start = world.starts(None)[0].astype(np.float32)
+        start = world.starts()[0].astype(np.float32)
         node = jax.jit(lambda state: root(world, objective, tables, params, state))(start)
     else:
         node = resume(world, objective, length, tables, params, so_far)

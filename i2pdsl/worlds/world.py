@@ -64,8 +64,8 @@ class World(Protocol):
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
-    def starts(self, condition: Any) -> Array:
-        """The initial states that fulfil a `start` condition."""
+    def starts(self) -> np.ndarray:
+        """All initial states; objective/starts.py leaves those that fulfil a `start`."""
 
     @property
     def vocabulary(self) -> Vocabulary: ...

@@ -103,7 +103,7 @@ class HillWorld(ContinuousWorld):
         """The checker's numbers of characters and things as names of groups of nodes."""
         return tuple((HOPPER, BOX)[a] for a in arguments)
 
-    def starts(self, condition: ty.Typed | None) -> np.ndarray:
+    def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
 
@@ -173,4 +173,4 @@ def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Traj
         noise: standard deviation of the changes.
     """
     (changes,) = world.guesses(length, 1, noise, seed)
-    return extended(world, empty(world, world.starts(None)[0]), changes)
+    return extended(world, empty(world, world.starts()[0]), changes)
