@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from i2pdsl.render.pictures import drawing_for, pictures_of
 from i2pdsl.repl.mistakes import INPUT, placed, put_into, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
-from i2pdsl.repl.state import State, Suggestion
+from i2pdsl.repl.state import Desk, State, Suggestion
 from i2pdsl.scripts import Script, script_from, script_of
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task, draw_starts
@@ -27,9 +26,6 @@ from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Trajectory, empty, read_record
 from i2pdsl.worlds.world import World
-
-if TYPE_CHECKING:
-    from i2pdsl.repl.session import Session
 
 SHOWN = 3  # suggestions
 _PICTURES = (".png", ".svg", ".gif", ".mp4", ".html")
@@ -48,20 +44,20 @@ class Workshop:
 
     # The script at hand.
 
-    def script(self, session: Session) -> Script:
+    def script(self, desk: Desk) -> Script:
         """The current script as the current story's audience sees it."""
-        if session.state.is_owed:
-            state, score, said = self.solved(session, session.state.seed)
+        if desk.state.is_owed:
+            state, score, said = self.solved(desk, desk.state.seed)
             self.remarks += [f"solved: {score.text}", *said]
-            session.pay(state)
-            session.state = state
-        state = session.state
+            desk.pay(state)
+            desk.state = state
+        state = desk.state
         world = self.world(state)
         path = state.path if state.path is not None else first_picture(world, _story(state))
         old = self._script
         if old is None or old.world is not world or old.trajectory is not path:
             if state.path is None:
-                session.state = state = replace(state, path=path)
+                desk.state = state = replace(state, path=path)
             self._script = old = _script(state, world, path)
         typed = state.typed
         return replace(old, module=typed.module, assumption=typed.assumption)
@@ -70,10 +66,10 @@ class Workshop:
         with Bars() as bars:
             return _story(state).world(bars.watch)
 
-    def moved(self, state: State, session: Session) -> tuple[State, tuple[str, ...]]:
+    def moved(self, state: State, desk: Desk) -> tuple[State, tuple[str, ...]]:
         """The session's script in another world or before another audience, if it fits there."""
         assert state.path is not None
-        old = _story(session.state).spec
+        old = _story(desk.state).spec
         new = _story(state).spec
         if not len(state.path.actions):
             return replace(state, path=None), ()
@@ -105,25 +101,25 @@ class Workshop:
         state = State(program, program.understood(), script.trajectory, script.score)
         return state, script
 
-    def saved(self, session: Session, path: Path) -> list[str]:
+    def saved(self, desk: Desk, path: Path) -> list[str]:
         """Writes the script, or its pictures."""
         if path.suffix.lower() not in (".json", *_PICTURES):
             message = "the name of the file says what to write"
             hint = f"it ends in .story, .json, {', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}"
             raise wrong("save", str(path), message, hint)
-        script = self.script(session)
+        script = self.script(desk)
         if not script.length:
             hint = "`solve`, or `play` a frame"
             raise wrong("save", str(path), "the script has no frames yet", hint)
         # The story may have changed since the script was made.
-        now = _script(session.state, script.world, script.trajectory)
+        now = _script(desk.state, script.world, script.trajectory)
         return [str(now.save(path))] if path.suffix.lower() == ".json" else _drawn(now, path)
 
     # Changing the script.
 
-    def solved(self, session: Session, seed: int) -> tuple[State, Text, tuple[str, ...]]:
+    def solved(self, desk: Desk, seed: int) -> tuple[State, Text, tuple[str, ...]]:
         """The script that the story asks for. Raises StoryError, KeyboardInterrupt."""
-        before = session.state
+        before = desk.state
         typed = before.program.check()
         story = story_of(typed, before.program)
         with Bars("searching") as bars:
@@ -150,10 +146,10 @@ class Workshop:
         score = "unknown" if script.score is None else f"{script.score:.6g}"
         return state, Text(f"score {score}"), said
 
-    def played(self, session: Session, typed: str) -> tuple[State, Moved]:
+    def played(self, desk: Desk, typed: str) -> tuple[State, Moved]:
         """One more frame by hand, or some of the hopper's own."""
-        script = self.script(session)
-        module, line = session.state.typed.module, f"play {typed}"
+        script = self.script(desk)
+        module, line = desk.state.typed.module, f"play {typed}"
 
         def move(span: Span) -> tuple[int, int] | None:
             inside = span.source.name == "play"
@@ -165,21 +161,21 @@ class Workshop:
             )
         except StoryError as problem:
             raise StoryError(put_into(problem.diagnostics, line, move)) from None
-        return self._longer(session, script, path, told)
+        return self._longer(desk, script, path, told)
 
-    def accepted(self, session: Session, chosen: Suggestion) -> tuple[State, Moved]:
-        return self._longer(session, self.script(session), chosen.path, chosen.told)
+    def accepted(self, desk: Desk, chosen: Suggestion) -> tuple[State, Moved]:
+        return self._longer(desk, self.script(desk), chosen.path, chosen.told)
 
-    def rewound(self, session: Session, typed: str) -> State:
-        script = self.script(session)
+    def rewound(self, desk: Desk, typed: str) -> State:
+        script = self.script(desk)
         frame = _frame(typed or "0", script.length, "rewind")
         path = Trajectory(script.trajectory.actions[:frame], script.trajectory.states[: frame + 1])
-        return replace(session.state, path=path, score=None, suggestions=())
+        return replace(desk.state, path=path, score=None, suggestions=())
 
     def _longer(
-        self, session: Session, script: Script, path: Trajectory, told: str
+        self, desk: Desk, script: Script, path: Trajectory, told: str
     ) -> tuple[State, Moved]:
-        state = replace(session.state, path=path, score=None, suggestions=())
+        state = replace(desk.state, path=path, score=None, suggestions=())
         longer = _script(state, script.world, path)
         longer = replace(longer, module=script.module, assumption=script.assumption)
         self._script = longer
@@ -189,28 +185,28 @@ class Workshop:
 
     # Looking.
 
-    def looked(self, session: Session, typed: str) -> Looked:
+    def looked(self, desk: Desk, typed: str) -> Looked:
         """A frame as characters can show it, and what viewers believe after it."""
-        script = self.script(session)
+        script = self.script(desk)
         frame = _frame(typed, script.length, "show") if typed else script.length
         spec, path = script.world.spec, script.trajectory
         told = kind_of(spec).frame_in_words(script.world, path, frame) if frame else "the start"
-        drawn = drawing_for(spec).in_characters(script.world, path.states[frame], session.ink)
+        drawn = drawing_for(spec).in_characters(script.world, path.states[frame], desk.ink)
         title = f"frame {frame} of {script.length}: {told}"
         return Looked(title, drawn, beliefs_at(script, frame))
 
     def suggested(
-        self, session: Session, typed: str
+        self, desk: Desk, typed: str
     ) -> tuple[tuple[Suggestion, ...], Text, tuple[str, ...]]:
         """The best next frames for the story's objective, or for another one."""
-        script = self.script(session)
+        script = self.script(desk)
         match = re.match(r"(\d{1,6})(?=\s|$)", typed)
         expression = typed[match.end() :].strip() if match else typed.strip()
         usual, most = kind_of(script.world.spec).suggested
         frames = int(match[1]) if match else usual
         if not 1 <= frames <= most:
             raise wrong("suggest", typed, f"expected 1 to {most:,} frames", "`suggest 2`")
-        story = self._wanted(session.state, expression, script.length + frames, typed)
+        story = self._wanted(desk.state, expression, script.length + frames, typed)
         found = self._suggested(story, script, frames)
         if not found:
             raise error("search", "nothing that follows has a finite value", whole_file(INPUT))
