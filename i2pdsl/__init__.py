@@ -11,6 +11,7 @@ After Chandra, Li, Tenenbaum and Ragan-Kelley 2023, DOI 10.1145/3588432.3591510.
 from __future__ import annotations
 
 import i2pdsl.forks  # noqa: F401  looks whether a process is forked, from now on
+from i2pdsl.shown import shows_later
 
 TYPE_CHECKING = False  # as typing's, which takes time to import
 if TYPE_CHECKING:
@@ -31,15 +32,19 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib
 
-    if name in _ERRORS:
-        return getattr(importlib.import_module("i2pdsl.errors"), name)
-    importlib.import_module("i2pdsl.notebook.display")  # so that notebooks show what they get
-    return getattr(importlib.import_module("i2pdsl.pipeline"), name)
+    module = "i2pdsl.errors" if name in _ERRORS else "i2pdsl.pipeline"
+    return getattr(importlib.import_module(module), name)
+
+
+def _show() -> None:
+    import i2pdsl.notebook.display  # noqa: F401  says how notebooks show things
+
+
+shows_later(_show)
 
 
 def load_ipython_extension(shell: Any) -> None:
     """`%load_ext i2pdsl` in a notebook: the magics `%%story`, `%query` and `%%query`."""
-    import i2pdsl.notebook.display  # noqa: F401  registers itself
     from i2pdsl.notebook.magic import load_magics
 
     load_magics(shell)
