@@ -11,7 +11,7 @@ from i2pdsl.commands.inputs import story_files
 from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json, show
 
 if TYPE_CHECKING:
-    from i2pdsl.library.read import PatternLibrary
+    from i2pdsl.library.description import PatternLibrary
 
 
 @click.command()
@@ -29,7 +29,7 @@ def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_
     from i2pdsl.library.examples import gallery_files
 
     pictures = {path.stem: str(path) for path in gallery_files(place)}
-    found = [described(p, opened, place, pictures) for p in opened.patterns]
+    found = [described(p, place, pictures) for p in opened.patterns]
     if as_json:
         output_json(found)
         return DONE
@@ -49,14 +49,16 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
 
     The standard patterns are packed from their files, with their stories if they are asked for.
     """
-    from i2pdsl.library.document import SUFFIX
+    from i2pdsl.language.imports import read_library
+    from i2pdsl.language.packed import SUFFIX
+    from i2pdsl.library.description import PatternLibrary
     from i2pdsl.library.pack import pack
-    from i2pdsl.library.read import read_library
     from i2pdsl.resources import data_folder
     from i2pdsl.untrusted import plain_name
 
     if library is not None and library.endswith(SUFFIX):
-        return read_library(Path(library)), Path(library)
+        place = Path(library)
+        return PatternLibrary(plain_name(place.stem), read_library(place)), place
     stories = data_folder("stories")
     place = Path(library) if library is not None else stories / "patterns"
     if library is None and with_stories:
@@ -68,12 +70,9 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
     return packed.library, place
 
 
-def described(
-    pattern: dict[str, Any], library: PatternLibrary, place: Path, pictures: dict[str, str]
-) -> dict[str, Any]:
+def described(pattern: dict[str, Any], place: Path, pictures: dict[str, str]) -> dict[str, Any]:
     """A pattern as plain data; `worlds` are those that it fits."""
     from i2pdsl.library.examples import picture_name
-    from i2pdsl.library.fits import held_against_worlds
 
     folder = place if place.is_dir() or place.suffix == ".i2plib" else place.parent
     drawn = {world: picture_name(pattern["name"], world) for world in pattern["worlds"]}
@@ -85,7 +84,7 @@ def described(
         "file": str(folder / pattern["file"]),
         "parameters": pattern["parameters"],
         "result": pattern["result"],
-        "worlds": held_against_worlds(pattern, library),
+        "worlds": [world for world, proof in pattern["worlds"].items() if proof["fits"]],
         "examples": pattern["examples"],
         "pictures": {world: pictures[n] for world, n in drawn.items() if n in pictures},
     }

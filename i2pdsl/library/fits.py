@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
@@ -28,16 +28,17 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
-if TYPE_CHECKING:
-    from i2pdsl.library.read import PatternLibrary
-
 LENGTH = 25  # frames of the stories that are proved to be accepted
 MOST_TRIES = 300  # choices for the parameters of one pattern in one world
 MOST_CASTS = 256  # choices of characters
+MOST_WORK = 500_000  # parts of expressions, for all patterns of a library: about ten seconds
+_PARTS_OF_A_TRY = 50  # what reading a call costs beside them; the standard patterns need 24,000
+NOT_TRIED = f"that was not tried: the patterns before it grow to {MOST_WORK:,} parts"
 _FOR_CERTAIN = 40  # of them, those in which an example without warnings is looked for
 
 _WHATEVER_IS_GIVEN = ("nesting", "recursion")  # mistakes that no other argument mends
 _WHATEVER_THE_WORLD = (
+    NOT_TRIED,
     "the patterns grow to more",
     "the story grows to more",
     "nested deeper",
@@ -57,26 +58,45 @@ _USES = {
 _EITHER = tuple(dict.fromkeys(use for uses in _USES.values() for use in uses))
 
 
+class _Work:
+    """What the proofs of a library cost so far, in parts of expressions."""
+
+    def __init__(self) -> None:
+        self.parts = 0
+
+    @property
+    def is_too_much(self) -> bool:
+        return self.parts >= MOST_WORK
+
+
 def fit_all(
-    pattern: dict[str, Any], module: Module, worlds: list[tuple[str, Vocabulary]]
-) -> dict[str, dict[str, Any]]:
-    """What `fit` finds for each of these worlds, by name."""
-    found: dict[str, dict[str, Any]] = {}
-    hopeless: dict[str, Any] | None = None
-    for name, world in worlds:
-        found[name] = hopeless or fit(pattern, module, world)
-        if found[name].get("because", "").startswith(_WHATEVER_THE_WORLD):
-            hopeless = found[name]
-    return found
+    patterns: list[dict[str, Any]], module: Module, worlds: list[tuple[str, Vocabulary]]
+) -> None:
+    """Gives each record of a pattern (library/description.py) what `fit` finds for each of these
+    worlds, by name, as `worlds`.
+
+    Beyond MOST_WORK for all of them it is not tried: NOT_TRIED says so.
+    """
+    work = _Work()
+    for pattern in patterns:
+        found = pattern["worlds"] = {}
+        hopeless: dict[str, Any] | None = None
+        for name, world in worlds:
+            found[name] = hopeless or fit(pattern, module, world, work)
+            if found[name].get("because", "").startswith(_WHATEVER_THE_WORLD):
+                hopeless = found[name]
 
 
-def fit(pattern: dict[str, Any], module: Module, world: Vocabulary) -> dict[str, Any]:
+def fit(
+    pattern: dict[str, Any], module: Module, world: Vocabulary, work: _Work | None = None
+) -> dict[str, Any]:
     """`{"fits": true, "with": CALL}`, or `{"fits": false, "because": MESSAGE}`.
 
     Args:
         pattern: its record (library/description.py).
         module: where the pattern's name is known.
     """
+    work = work or _Work()
     needed = [p for p in pattern["parameters"] if p["default"] is None]
     characters = [p for p in needed if p["kind"] == "character"]
     shown: str | None = None
@@ -84,7 +104,7 @@ def fit(pattern: dict[str, Any], module: Module, world: Vocabulary) -> dict[str,
         because = f"there are more than {MOST_CASTS} ways to choose its characters"
         return {"fits": False, "because": because}
     for who in product(world.characters, repeat=len(characters)):
-        call, because = _some_call(pattern, needed, who, module, world)
+        call, because = _some_call(pattern, needed, who, module, world, work)
         if call is None:
             return {"fits": False, "because": because}
         shown = shown or call
@@ -98,39 +118,13 @@ def uses_of(result: str) -> tuple[str, ...]:
     return _USES.get(result, _EITHER)
 
 
-def held_against_worlds(pattern: dict[str, Any], library: PatternLibrary) -> list[str]:
-    """The worlds that a stored pattern fits, each proved again by the call that it states."""
-    found = []
-    for world, proof in pattern["worlds"].items():
-        words = library.vocabulary(world) if proof["fits"] else None
-        if words is None:
-            continue
-        mistake = _mistake(proof.get("with", ""), pattern, library.exports, words)
-        if mistake is None:
-            found.append(world)
-        elif mistake.message.startswith(_WHATEVER_THE_WORLD):
-            break  # to find that again takes a second for each
-    return found
-
-
-def _mistake(
-    call: str, pattern: dict[str, Any], module: Module, world: Vocabulary
-) -> Diagnostic | None:
-    """None where a call can be used in some way, else what is wrong with one of the ways."""
-    mistake: Diagnostic | None = None
-    for use in uses_of(pattern["result"]):
-        mistake, _ = _mistakes(use, call, module, world)
-        if mistake is None or mistake.message.startswith(_WHATEVER_THE_WORLD):
-            break
-    return mistake
-
-
 def _some_call(
     pattern: dict[str, Any],
     needed: list[dict[str, Any]],
     who: tuple[str, ...],
     module: Module,
     world: Vocabulary,
+    work: _Work,
 ) -> tuple[str | None, str]:
     """A call that is accepted, without a warning if there is one, else why the first is not."""
     accepted: str | None = None
@@ -140,7 +134,9 @@ def _some_call(
         if pattern["parameters"] and not needed:
             call += "()"
         for use in uses_of(pattern["result"]):
-            mistake, warned = _mistakes(use, call, module, world)
+            if work.is_too_much:
+                return None, NOT_TRIED
+            mistake, warned = _mistakes(use, call, module, world, work)
             if mistake is None and not warned:
                 return call, ""
             if mistake is not None and mistake.code in _WHATEVER_IS_GIVEN:
@@ -225,7 +221,7 @@ def _predicates(world: Vocabulary) -> list[str]:
 
 
 def _mistakes(
-    use: str, call: str, module: Module, world: Vocabulary
+    use: str, call: str, module: Module, world: Vocabulary, work: _Work
 ) -> tuple[Diagnostic | None, bool]:
     """The first mistake of an objective, and whether there is a warning."""
     problems: list[Diagnostic] = []
@@ -239,5 +235,6 @@ def _mistakes(
             problems.extend(problem.diagnostics)
         except (Stop, LeavesAtZero):
             pass
+    work.parts += elaborator.all_nodes + _PARTS_OF_A_TRY
     errors = [d for d in problems if d.severity == "error"]
     return (errors[0] if errors else None), bool(problems)

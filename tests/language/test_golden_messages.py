@@ -17,8 +17,8 @@ import pytest
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest
 from i2pdsl.language.check import check_query, check_source
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import build_module
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary

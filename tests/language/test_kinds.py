@@ -8,9 +8,10 @@ import pytest
 
 from i2pdsl.errors import Source
 from i2pdsl.language import ast
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.kinds import KINDS, names_of_worlds, parameter_kinds, result_kind, used_names
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import Module, build_module, standard_library
+from i2pdsl.language.scope import Module, standard_library
 
 STANDARD = {
     "arc": "who character, shape shape, scale number, steady number",

@@ -11,7 +11,7 @@ from libraries_for_tests import copied
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_source
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import build_module
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library.fits import LENGTH, candidates, fit, held_against_worlds
 from i2pdsl.library.pack import pack
