@@ -27,9 +27,14 @@ def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_
     if page is not None:
         return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), as_json)
     from i2pdsl.library.examples import gallery_files
+    from i2pdsl.library.fits import NOT_TRIED, was_tried
 
     pictures = {path.stem: str(path) for path in gallery_files(place)}
     found = [described(p, place, pictures) for p in opened.patterns]
+    untried = [p["name"] for p in opened.patterns if not was_tried(p)]
+    if untried:
+        message = f"it is not known of {len(untried)} of them which worlds they fit: {NOT_TRIED}"
+        click.echo(message, err=True)
     if as_json:
         output_json(found)
         return DONE
@@ -37,7 +42,7 @@ def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_
         if number:
             output("")
         output(pattern["signature"])
-        for line in in_words(pattern):
+        for line in in_words(pattern, pattern["name"] not in untried):
             output(f"    {line}")
     if not pictures:
         click.echo("no pictures yet: `i2p patterns --page FOLDER` draws a catalogue", err=True)
@@ -90,12 +95,13 @@ def described(pattern: dict[str, Any], place: Path, pictures: dict[str, str]) ->
     }
 
 
-def in_words(pattern: dict[str, Any]) -> list[str]:
+def in_words(pattern: dict[str, Any], is_tried: bool) -> list[str]:
     """What is said below a pattern's signature."""
     lines = str(pattern["documentation"]).splitlines()
     kinds = [f"{p['name']}: {p['kind']}" for p in pattern["parameters"]]
     lines += [", ".join(kinds)] if kinds else []
-    lines.append("fits " + (", ".join(pattern["worlds"]) or "no world that is known here"))
+    rest = "" if is_tried else "; other worlds were not tried"
+    lines.append(f"fits {', '.join(pattern['worlds']) or 'no world that is known here'}{rest}")
     return lines + [f"picture: {path}" for path in pattern["pictures"].values()]
 
 

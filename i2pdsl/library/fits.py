@@ -33,7 +33,7 @@ MOST_TRIES = 300  # choices for the parameters of one pattern in one world
 MOST_CASTS = 256  # choices of characters
 MOST_WORK = 500_000  # parts of expressions, for all patterns of a library: about ten seconds
 _PARTS_OF_A_TRY = 50  # what reading a call costs beside them; the standard patterns need 24,000
-NOT_TRIED = f"that was not tried: the patterns before it grow to {MOST_WORK:,} parts"
+NOT_TRIED = f"not tried, since the patterns grow to more than {MOST_WORK:,} parts in all"
 _FOR_CERTAIN = 40  # of them, those in which an example without warnings is looked for
 
 _WHATEVER_IS_GIVEN = ("nesting", "recursion")  # mistakes that no other argument mends
@@ -111,6 +111,11 @@ def fit(
     if shown is None:
         return {"fits": False, "because": "nobody is in this world"}
     return {"fits": True, "with": shown}
+
+
+def was_tried(pattern: dict[str, Any]) -> bool:
+    """Whether it is known of all worlds if a pattern fits them."""
+    return all(proof.get("because") != NOT_TRIED for proof in pattern["worlds"].values())
 
 
 def uses_of(result: str) -> tuple[str, ...]:

@@ -29,6 +29,7 @@ from i2pdsl.language.statements import read_source, room_for_nesting
 from i2pdsl.language.unused import check_circles, check_unused
 from i2pdsl.library.description import PatternLibrary
 from i2pdsl.resources import data_folder
+from i2pdsl.untrusted import is_plain_name
 from i2pdsl.worlds.find import find_vocabulary, world_path
 from i2pdsl.worlds.grid.parse import parse_world
 
@@ -161,7 +162,7 @@ class _Packer:
 
     def stored_name(self, path: Path, folder: Path | None = None) -> str:
         name = path.relative_to(folder or self.folder).as_posix()
-        if not is_stored_name(name):
+        if not is_stored_name(name) or not is_plain_name(path.stem):
             message = "a file of this name cannot be stored in a library"
             raise error("library", message, whole_file(str(path)), "rename the file")
         return name
