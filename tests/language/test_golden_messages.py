@@ -38,7 +38,8 @@ SOURCES = [
     ROOT / "i2pdsl" / "worlds" / "grid" / "parse.py",
 ]
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
-ELSEWHERE = {"set": "tests of `i2p run --set`"}  # codes of files that have their own tests
+# Codes of files that have their own tests; a library's is shown at the import.
+ELSEWHERE = {"set": "tests of `i2p run --set`", "library": "tests/library/test_read.py"}
 
 
 def find_world(name: str, folder: Path | None) -> Vocabulary | None:
