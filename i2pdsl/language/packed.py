@@ -22,7 +22,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from i2pdsl import __version__
 from i2pdsl.errors import Source, StoryError, error, shorten, whole_file
 from i2pdsl.language.statements import read_data
 from i2pdsl.resources import atomic_path
@@ -31,7 +30,6 @@ from i2pdsl.untrusted import WrongData, decode_json, is_plain_name, mismatch
 FORMAT, VERSION = "i2p-library", 2
 SUFFIX = ".i2plib"
 MANIFEST = "manifest.json"
-MADE_WITH = f"i2pdsl {__version__}"
 LARGEST = 4 * 2**20  # bytes of a library; the standard one has 50 kB
 MOST_CHARACTERS = 200_000  # of patterns, which take seconds to parse; the standard ones have 20,000
 MOST_STATEMENTS = 2000  # of patterns
@@ -73,6 +71,7 @@ class Contents:
     Attributes:
         patterns: its own, which know each other's names.
         outside: files of patterns that were packed because others import them.
+        made_with: the program that wrote it, for messages.
         standard: the names of the standard patterns that its patterns use.
     """
 
@@ -80,8 +79,8 @@ class Contents:
     outside: tuple[StoredFile, ...]
     stories: tuple[StoredFile, ...]
     worlds: tuple[StoredFile, ...]
+    made_with: str
     standard: tuple[str, ...] = ()
-    made_with: str = MADE_WITH
 
 
 def encode(contents: Contents) -> bytes:
@@ -153,13 +152,14 @@ def _decode(data: bytes, path: Path) -> Contents:
     manifest = _manifest(members)
     names = [MANIFEST, *(record["file"] for kind in _KINDS for record in manifest[kind])]
     members.check(names)
-    kinds = {kind: tuple(_file(r, members, path) for r in manifest[kind]) for kind in _KINDS}
-    standard, made_with = tuple(manifest["standard"]), manifest["made_with"]
-    contents = Contents(**kinds, standard=standard, made_with=made_with)
-    patterns = {file.name for file in (*contents.patterns, *contents.outside)}
-    for file in (*contents.patterns, *contents.outside, *contents.stories):
+    kinds = (tuple(_file(r, members, path) for r in manifest[kind]) for kind in _KINDS)
+    patterns, outside, stories, worlds = kinds
+    said = manifest["made_with"], tuple(manifest["standard"])
+    contents = Contents(patterns, outside, stories, worlds, *said)
+    known = {file.name for file in (*patterns, *outside)}
+    for file in (*patterns, *outside, *stories):
         for target, found in file.imports.items():
-            if found != STANDARD and (isinstance(found, str) or not patterns.issuperset(found)):
+            if found != STANDARD and (isinstance(found, str) or not known.issuperset(found)):
                 raise _damaged(f"the import `{shorten(target)}` leads to no file of it")
     excess = too_much(contents)
     if excess:

@@ -14,9 +14,8 @@ from urllib.parse import quote
 
 from i2pdsl.editor.colours import colour
 from i2pdsl.language.kinds import KINDS
-from i2pdsl.language.packed import MADE_WITH
 from i2pdsl.library.curves import Curves
-from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.examples import Example, Shown, place_of
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import below

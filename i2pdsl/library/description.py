@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from i2pdsl import __version__
 from i2pdsl.errors import StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.imports import Unpacked, modules_of_stories
@@ -19,6 +20,7 @@ from i2pdsl.library.fits import fit_all
 from i2pdsl.worlds.find import builtin_worlds, find_vocabulary, vocabulary_of
 from i2pdsl.worlds.grid.parse import parse_world
 
+MADE_WITH = f"i2pdsl {__version__}"
 Record = dict[str, Any]
 
 

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any
 from i2pdsl.errors import Source, StoryError, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.kinds import used_names
-from i2pdsl.language.packed import LARGEST, MADE_WITH, SUFFIX, write_contents
+from i2pdsl.language.packed import LARGEST, SUFFIX, write_contents
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import standard_library
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.library.curves import Curves, decisive_curves
-from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.fits import uses_of
 from i2pdsl.resources import atomic_path, write_text
 from i2pdsl.untrusted import WrongData, below, decode_json, mismatch, plain_name, read_bytes

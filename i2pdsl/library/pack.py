@@ -27,11 +27,10 @@ from i2pdsl.language.parse import parse, parse_tolerantly
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Module, standard_library
 from i2pdsl.language.statements import read_source, room_for_nesting
 from i2pdsl.language.unused import check_circles, check_unused
-from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.resources import data_folder
 from i2pdsl.untrusted import is_plain_name
 from i2pdsl.worlds.find import find_vocabulary, world_path
-from i2pdsl.worlds.grid.parse import parse_world
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ class _Packer:
     def contents(self) -> Contents:
         kinds = (self.patterns, self.outside, self.told, self.worlds)
         patterns, outside, stories, worlds = (_by_name(kind) for kind in kinds)
-        return Contents(patterns, outside, stories, worlds)
+        return Contents(patterns, outside, stories, worlds, MADE_WITH)
 
     def read(self) -> None:
         """Reads and checks all files of the folder; packs them and what they need."""
@@ -117,7 +116,7 @@ class _Packer:
             try:
                 name, source = self.stored_name(path), read_source(path)
                 if path.suffix == ".world":
-                    parse_world(source, path.stem)
+                    find_vocabulary(path.name, path.parent)
                     self.world(path)
                     continue
                 program = _as_library(source)
