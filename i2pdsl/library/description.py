@@ -66,7 +66,7 @@ class PatternLibrary:
         `examples` (each with `file`, `world`, `call`)."""
         inference = Inference()
         found = [self._record(d, inference) for d in self.definitions.values()]
-        fit_all(found, self.exports, self.vocabularies())
+        fit_all(found, self.exports, self.vocabularies)
         return found
 
     def _record(self, definition: Definition, inference: Inference) -> Record:
@@ -122,14 +122,16 @@ class PatternLibrary:
             found[file.name if taken else stem] = file
         return found
 
-    def vocabularies(self) -> list[tuple[str, Vocabulary]]:
-        """The built-in worlds and its own, by name; without those that cannot be read."""
-        found = [(name, find_vocabulary(name)) for name in builtin_worlds()]
+    @cached_property
+    def vocabularies(self) -> dict[str, Vocabulary]:
+        """The words of the built-in worlds and of its own, by name; without those that cannot be
+        read."""
+        found = {name: find_vocabulary(name) for name in builtin_worlds()}
         for name, file in self.worlds.items():
             with suppress(StoryError):
                 spec = parse_world(file.source, Path(file.name).stem)
-                found.append((name, vocabulary_of(spec)))
-        return [(name, words) for name, words in found if words is not None]
+                found[name] = vocabulary_of(spec)
+        return {name: words for name, words in found.items() if words is not None}
 
 
 def _calls(program: ast.Program, module: Module, own: dict[str, Definition]) -> dict[str, str]:

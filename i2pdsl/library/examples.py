@@ -25,7 +25,7 @@ from i2pdsl.language.scope import standard_library
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.library.curves import Curves, decisive_curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
-from i2pdsl.library.fits import uses_of
+from i2pdsl.library.fits import example_call, uses_of
 from i2pdsl.resources import atomic_path, write_text
 from i2pdsl.untrusted import WrongData, below, decode_json, mismatch, plain_name, read_bytes
 
@@ -135,10 +135,13 @@ def _example(library: PatternLibrary, pattern: dict[str, Any], world: str) -> Ex
         best = min(stories, key=lambda s: _distance(s, name))
         text = _with_library(_EXPECTATION.sub("", best["source"]), library)
         return Example(name, world, best["file"], best["calls"][name], text)
-    if not pattern["worlds"].get(world, {}).get("fits"):
+    words = library.vocabularies.get(world)
+    if words is None or not pattern["worlds"][world]["fits"]:
         return None
-    call = pattern["worlds"][world]["with"]
-    return Example(name, world, None, call, _generated(library, pattern, world))
+    call = example_call(pattern, library.exports, words)
+    if call is None:
+        return None
+    return Example(name, world, None, call, _generated(library, pattern, world, call))
 
 
 def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
@@ -166,8 +169,7 @@ def _import_line(library: PatternLibrary) -> str:
     return f"import {name}" if name.isidentifier() else f'import "{name}{SUFFIX}"'
 
 
-def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str) -> str:
-    call = pattern["worlds"][world]["with"]
+def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str, call: str) -> str:
     use = uses_of(pattern["result"])[0].format(call)
     named = world if world.isidentifier() else f'"{world}"'
     known = standard_library().names.get(pattern["name"])

@@ -69,9 +69,7 @@ class _Work:
         return self.parts >= MOST_WORK
 
 
-def fit_all(
-    patterns: list[dict[str, Any]], module: Module, worlds: list[tuple[str, Vocabulary]]
-) -> None:
+def fit_all(patterns: list[dict[str, Any]], module: Module, worlds: dict[str, Vocabulary]) -> None:
     """Gives each record of a pattern (library/description.py) what `fit` finds for each of these
     worlds, by name, as `worlds`.
 
@@ -81,7 +79,7 @@ def fit_all(
     for pattern in patterns:
         found = pattern["worlds"] = {}
         hopeless: dict[str, Any] | None = None
-        for name, world in worlds:
+        for name, world in worlds.items():
             found[name] = hopeless or fit(pattern, module, world, work)
             if found[name].get("because", "").startswith(_WHATEVER_THE_WORLD):
                 hopeless = found[name]
@@ -90,27 +88,34 @@ def fit_all(
 def fit(
     pattern: dict[str, Any], module: Module, world: Vocabulary, work: _Work | None = None
 ) -> dict[str, Any]:
-    """`{"fits": true, "with": CALL}`, or `{"fits": false, "because": MESSAGE}`.
+    """`{"fits": true}`, or `{"fits": false, "because": MESSAGE}`.
 
     Args:
         pattern: its record (library/description.py).
         module: where the pattern's name is known.
     """
     work = work or _Work()
-    needed = [p for p in pattern["parameters"] if p["default"] is None]
-    characters = [p for p in needed if p["kind"] == "character"]
-    shown: str | None = None
+    characters = [p for p in _needed(pattern) if p["kind"] == "character"]
     if len(world.characters) ** len(characters) > MOST_CASTS:
         because = f"there are more than {MOST_CASTS} ways to choose its characters"
         return {"fits": False, "because": because}
+    because = "nobody is in this world"
     for who in product(world.characters, repeat=len(characters)):
-        call, because = _some_call(pattern, needed, who, module, world, work)
+        call, because = _some_call(pattern, who, module, world, work)
         if call is None:
-            return {"fits": False, "because": because}
-        shown = shown or call
-    if shown is None:
-        return {"fits": False, "because": "nobody is in this world"}
-    return {"fits": True, "with": shown}
+            break
+    return {"fits": False, "because": because} if because else {"fits": True}
+
+
+def example_call(pattern: dict[str, Any], module: Module, world: Vocabulary) -> str | None:
+    """A call that is accepted in a world that a pattern fits, without a warning if that is found
+    soon."""
+    who = tuple(world.characters[0] for p in _needed(pattern) if p["kind"] == "character")
+    return _some_call(pattern, who, module, world, _Work(), tries_for_certain=_FOR_CERTAIN)[0]
+
+
+def _needed(pattern: dict[str, Any]) -> list[dict[str, Any]]:
+    return [p for p in pattern["parameters"] if p["default"] is None]
 
 
 def was_tried(pattern: dict[str, Any]) -> bool:
@@ -125,13 +130,17 @@ def uses_of(result: str) -> tuple[str, ...]:
 
 def _some_call(
     pattern: dict[str, Any],
-    needed: list[dict[str, Any]],
     who: tuple[str, ...],
     module: Module,
     world: Vocabulary,
     work: _Work,
+    tries_for_certain: int = 0,
 ) -> tuple[str | None, str]:
-    """A call that is accepted, without a warning if there is one, else why the first is not."""
+    """A call that is accepted, else why the first is not.
+
+    Among so many tries one without a warning is looked for.
+    """
+    needed = _needed(pattern)
     accepted: str | None = None
     because = "there is nothing in this world to use it with"
     for number, arguments in enumerate(_choices(needed, who, world)):
@@ -140,7 +149,7 @@ def _some_call(
             call += "()"
         for use in uses_of(pattern["result"]):
             if work.is_too_much:
-                return None, NOT_TRIED
+                return accepted, "" if accepted else NOT_TRIED
             mistake, warned = _mistakes(use, call, module, world, work)
             if mistake is None and not warned:
                 return call, ""
@@ -150,9 +159,9 @@ def _some_call(
                 accepted = accepted or call
             elif number == 0 and use == uses_of(pattern["result"])[0]:
                 because = mistake.message
-        if accepted is not None and number >= _FOR_CERTAIN:
+        if accepted is not None and number >= tries_for_certain:
             break
-    return accepted, because
+    return accepted, "" if accepted else because
 
 
 def _choices(

@@ -15,6 +15,7 @@ from i2pdsl.errors import StoryError
 from i2pdsl.language.imports import read_library
 from i2pdsl.language.packed import LARGEST, encode
 from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.fits import example_call
 from i2pdsl.library.pack import Packed, pack
 from i2pdsl.resources import data_folder
 
@@ -121,7 +122,10 @@ def test_worlds_that_patterns_fit(folder: Path) -> None:
     library = packed(folder).library
     records = {r["name"]: r["worlds"] for r in library.patterns}
     assert records["dark"]["yard"]["fits"]
-    assert "G_cart = " in records["dark"]["yard"]["with"]
+    (dark,) = (r for r in library.patterns if r["name"] == "dark")
+    call = example_call(dark, library.exports, library.vocabularies["yard"])
+    assert call is not None
+    assert call.startswith("dark(G_cart = ")
     assert records["dark"]["hill"]["fits"]
     assert records["pink_mind"]["kitchen"]["fits"]
     assert not records["pink_mind"]["hill"]["fits"]

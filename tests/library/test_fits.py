@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,7 +12,8 @@ from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library import fits
-from i2pdsl.library.fits import LENGTH, candidates, fit
+from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.fits import LENGTH, candidates, example_call, fit
 from i2pdsl.library.pack import pack
 from i2pdsl.worlds.find import find_vocabulary
 
@@ -24,11 +24,10 @@ def world(name: str) -> Vocabulary:
     return found
 
 
-def proofs(tmp_path: Path, text: str) -> dict[str, Any]:
+def packed(tmp_path: Path, text: str) -> PatternLibrary:
     path = tmp_path / "one.story"
     path.write_text(f"{text}\n", encoding="utf-8")
-    library = pack(tmp_path, [path], "one").library
-    return library.patterns[0]["worlds"]
+    return pack(tmp_path, [path], "one").library
 
 
 @pytest.mark.parametrize(
@@ -51,14 +50,17 @@ def proofs(tmp_path: Path, text: str) -> dict[str, Any]:
     ],
 )
 def test_worlds_that_a_pattern_fits(tmp_path: Path, pattern: str, worlds: str) -> None:
-    found = proofs(tmp_path, pattern)
+    library = packed(tmp_path, pattern)
+    (record,) = library.patterns
+    found = record["worlds"]
     assert list(found) == ["fork", "hill", "kitchen", "maze", "porters"]
     assert [name for name, proof in found.items() if proof["fits"]] == worlds.split()
     for name, proof in found.items():
         if not proof["fits"]:
             assert proof["because"]
         elif "rho > 0" not in pattern and "t/T" not in pattern:
-            text = f"world {name}\nlength {LENGTH}\n{pattern}\nmaximize {proof['with']}\n"
+            call = example_call(record, library.exports, library.vocabularies[name])
+            text = f"world {name}\nlength {LENGTH}\n{pattern}\nmaximize {call}\n"
             checked = check_source(Source("proof", text), find_vocabulary)
             assert checked.warnings == (), "an example without a warning is chosen"
 
@@ -95,10 +97,8 @@ def test_candidates_are_of_the_world() -> None:
 def test_work_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was not tried is said to be so."""
     monkeypatch.setattr(fits, "MOST_WORK", 5000)
-    path = tmp_path / "one.story"
     lines = [f"pattern p{i}(e) = {' + '.join(['depict(e)'] * 20)}" for i in range(20)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    first, *_, last = pack(tmp_path, [path], "one").library.patterns
+    first, *_, last = packed(tmp_path, "\n".join(lines)).patterns
     assert fits.was_tried(first)
     assert first["worlds"]["fork"]["fits"]
     assert not fits.was_tried(last)
