@@ -133,7 +133,7 @@ def _example(library: PatternLibrary, pattern: dict[str, Any], world: str) -> Ex
     stories = [s for s in library.stories if s["world"] == world and name in s["calls"]]
     if stories:
         best = min(stories, key=lambda s: _distance(s, name))
-        text = _with_library(_EXPECTATION.sub("", best["source"]), library)
+        text = _with_library(_EXPECTATION.sub("", best["source"]), world, library)
         return Example(name, world, best["file"], best["calls"][name], text)
     words = library.vocabularies.get(world)
     if words is None or not pattern["worlds"][world]["fits"]:
@@ -151,17 +151,23 @@ def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
     return (stem != name, name not in stem, len(story["calls"]), lines, story["file"])
 
 
-def _with_library(text: str, library: PatternLibrary) -> str:
-    """A story that imports the library, where it imported some of its files."""
+def _with_library(text: str, world: str, library: PatternLibrary) -> str:
+    """A story that imports the library, where it imported some of its files, and calls its world by
+    the name that this has in the library."""
     try:
-        imports = parse(Source("example", text)).of(ast.Import)
+        program = parse(Source("example", text))
     except StoryError:
         return text  # it cannot be made, which is said where it is tried
-    for number, statement in enumerate(reversed(imports)):
-        last = number == len(imports) - 1
-        new = _import_line(library) if last else ""
-        text = text[: statement.span.start] + new + text[statement.span.end :]
+    changes = [(statement.span, _world_line(world)) for statement in program.of(ast.World)]
+    for number, statement in enumerate(program.of(ast.Import)):
+        changes.append((statement.span, "" if number else _import_line(library)))
+    for span, new in sorted(changes, key=lambda change: -change[0].start):
+        text = text[: span.start] + new + text[span.end :]
     return re.sub(r"\n{3,}", "\n\n", text).strip("\n") + "\n"
+
+
+def _world_line(world: str) -> str:
+    return f"world {world}" if world.isidentifier() else f'world "{world}"'
 
 
 def _import_line(library: PatternLibrary) -> str:
@@ -171,12 +177,11 @@ def _import_line(library: PatternLibrary) -> str:
 
 def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str, call: str) -> str:
     use = uses_of(pattern["result"])[0].format(call)
-    named = world if world.isidentifier() else f'"{world}"'
     known = standard_library().names.get(pattern["name"])
     is_standard = known is not None and known.item.body.span.text == pattern["body"]  # type: ignore[union-attr]
     lines = [
         f"# An example of `{pattern['name']}`, made from its signature.",
-        f"world {named}",
+        _world_line(world),
         f"length {_LENGTHS.get(world, _USUAL_LENGTH)}",
         *([] if is_standard else [_import_line(library)]),
         "",

@@ -11,13 +11,16 @@ import pytest
 from libraries_for_tests import MOODS, YARD, files_of, make_folder
 
 from commands_for_tests import Run
-from i2pdsl.errors import StoryError
+from i2pdsl.errors import Source, StoryError
+from i2pdsl.language.check import check_source
 from i2pdsl.language.imports import read_library
 from i2pdsl.language.packed import LARGEST, encode
 from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.examples import Gallery, examples_of
 from i2pdsl.library.fits import example_call
 from i2pdsl.library.pack import Packed, pack
 from i2pdsl.resources import data_folder
+from i2pdsl.worlds.find import find_vocabulary
 
 
 @pytest.fixture
@@ -133,6 +136,20 @@ def test_worlds_that_patterns_fit(folder: Path) -> None:
         "G_cheese" in records["pink_mind"]["hill"]["because"]
     )
     assert [(w.name, w.source.text) for w in library.contents.worlds] == [("yard.world", YARD)]
+
+
+def test_an_example_calls_its_world_by_its_name(folder: Path) -> None:
+    """It is made in a folder of its own, with the library and its worlds beside it."""
+    (folder / "yard.world").write_text(YARD, encoding="utf-8")
+    text = 'world "../yard.world"\nimport "../moods.story"\nlength 4\nmaximize dark(G_cart = red)\n'
+    (folder / "deep" / "far.story").write_text(text, encoding="utf-8")
+    library = packed(folder).library
+    (dark,) = (r for r in library.patterns if r["name"] == "dark")
+    (example,) = examples_of(library, dark, ["yard"])
+    assert example.source == ("world yard\nimport moods\nlength 4\nmaximize dark(G_cart = red)\n")
+    place = Gallery(folder / "book", library, print).unpacked(str(folder / "alone"))
+    story = check_source(Source("example", example.source), find_vocabulary, place)
+    assert story.warnings == ()
 
 
 def test_worlds_of_one_name(folder: Path, tmp_path: Path) -> None:
