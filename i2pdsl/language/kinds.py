@@ -1,5 +1,5 @@
-"""What the parameters of a pattern are, what a pattern comes to, and which names of a world it
-needs: read off its body and the patterns that it passes them on to. Nothing here knows a world.
+"""What the parameters of a pattern are, what a pattern comes to, and which names it uses: read off
+its body and the patterns that it passes them on to. Nothing here knows a world.
 
 Kinds (`KINDS`) are inferred from the places where a parameter stands. They help people, editors
 and the proof that a pattern fits a world; the checker does not depend on them.
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.scope import Definition, Module
+from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import room_for_nesting
 
 KINDS = {
@@ -76,29 +76,6 @@ def result_kind(
     """
     with room_for_nesting():
         return (inference or Inference()).result(item, module, 0)
-
-
-def names_of_worlds(item: ast.Let | ast.Pattern, module: Module) -> tuple[str, ...]:
-    """The names that only a world can give a meaning: its latents, characters, tiles, predicates.
-
-    Those of the patterns and lets that it uses are among them. A pattern that names none serves
-    any world, as far as its arguments do.
-    """
-    found: set[str] = set()
-    seen: set[int] = set()
-    waiting = [Definition(item, module)]
-    while waiting:
-        definition = waiting.pop()
-        if id(definition.item) in seen:
-            continue
-        seen.add(id(definition.item))
-        for name in used_names(definition.item, definition.module):
-            inner = definition.module.find(name)
-            if inner is not None:
-                waiting.append(inner)
-            elif name not in FUNCTIONS and name != "pi":
-                found.add(name)
-    return tuple(sorted(found))
 
 
 def used_names(item: ast.Let | ast.Pattern, module: Module) -> set[str]:

@@ -55,7 +55,7 @@ def check_unused(
         else:
             body = definition.value
         check_names(body, module, parameters, world, report)
-    _check_circles(unused, module, report)
+    check_circles(unused, module, report)
 
 
 def _probe(elaborator: Elaborator, report: Report) -> Elaborator:
@@ -92,9 +92,7 @@ def _check_let(let: ast.Let, module: Module, probe: Elaborator, report: Report) 
         return
 
 
-def _check_circles(
-    definitions: list[ast.Let | ast.Pattern], module: Module, report: Report
-) -> None:
+def check_circles(definitions: list[ast.Let | ast.Pattern], module: Module, report: Report) -> None:
     """Reports each circle of definitions once, where it closes."""
     ours = {d.name.id: d for d in definitions}
     done: set[str] = set()

@@ -21,9 +21,10 @@ from i2pdsl.language.builtins import FUNCTIONS, RESERVED, STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.format import format_source
+from i2pdsl.language.imports import build_module, find_library
 from i2pdsl.language.kinds import used_names
 from i2pdsl.language.parse import parse, parse_expression
-from i2pdsl.language.scope import Definition, Env, Module, build_module, find_library
+from i2pdsl.language.scope import Definition, Env, Module
 from i2pdsl.language.statements import (
     room_for_nesting,
     split_statements,

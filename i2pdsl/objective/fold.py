@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.appended import append_turns, extended
+from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.worlds.world import World
@@ -260,7 +260,7 @@ def _score(
                 (): (carry.frames, xp.ones((length + 1,), dtype=bool))
             }
             for turns, suffix in suffixes.items():
-                histories[turns] = extended(xp, carry.frames, suffix)
+                histories[turns] = with_suffix(xp, carry.frames, suffix)
             scope = HistoryScope(world, tables, params, histories, last.number, length, None)
         else:
             scope = _FoldScope(world, tables, params, last, carry.first_state, length, suffixes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.appended import append_turns, extended
+from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.world import World
 
@@ -64,7 +64,7 @@ def histories(
     for node in ty.walk(expression):
         if isinstance(node, ty.Moment) and node.turns not in found:
             suffix = append_turns(world, world.tables, node.turns, last)
-            found[node.turns] = extended(np, frames, suffix)
+            found[node.turns] = with_suffix(np, frames, suffix)
     return found
 
 

@@ -17,10 +17,10 @@ class Drawing(ABC):
     """One kind's drawing.
 
     Attributes:
-        is_small: whether the page of a story is small enough to show it in a catalogue.
+        strip_tells: whether a comic strip alone tells a story, without its page.
     """
 
-    is_small: ClassVar[bool] = True
+    strip_tells: ClassVar[bool] = True
 
     @abstractmethod
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PictureFiles:

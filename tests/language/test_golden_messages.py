@@ -17,8 +17,8 @@ import pytest
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest
 from i2pdsl.language.check import check_query, check_source
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import build_module
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
@@ -38,7 +38,8 @@ SOURCES = [
     ROOT / "i2pdsl" / "worlds" / "grid" / "parse.py",
 ]
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
-ELSEWHERE = {"set": "tests of `i2p run --set`"}  # codes of files that have their own tests
+# Codes of files that have their own tests; a library's is shown at the import.
+ELSEWHERE = {"set": "tests of `i2p run --set`", "library": "tests/library/test_read.py"}
 
 
 def find_world(name: str, folder: Path | None) -> Vocabulary | None:

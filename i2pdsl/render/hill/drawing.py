@@ -14,7 +14,7 @@ from i2pdsl.worlds.hill.world import HillWorld
 
 
 class HillDrawing(Drawing):
-    is_small = False
+    strip_tells = False
 
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> HillPictures:
         from i2pdsl.render.hill.told import performance_of
