@@ -35,6 +35,7 @@ MOST_CHARACTERS = 200_000  # of patterns, which take seconds to parse; the stand
 MOST_STATEMENTS = 2000  # of patterns
 MOST_FILES = 500  # of patterns, and that their imports mean in all
 STANDARD = "standard"  # what an import of standard patterns means
+MOST_IMPORTED = 20_000  # files that all imports of stories mean
 _STATEMENT = re.compile(r"^[^\W\d]", re.MULTILINE)
 _ENCRYPTED = 1  # of a member's flags
 _DEEPEST = 8  # brackets in brackets of a manifest, which has 5
@@ -235,18 +236,23 @@ def _damaged(message: str) -> WrongData:
 def too_much(contents: Contents) -> str | None:
     """What there is more of than is read, or None: what is read must be read soon."""
     files = (*contents.patterns, *contents.outside)
-    meant = sum(len(f) for file in files for f in file.imports.values() if isinstance(f, list))
     counts = {
         "characters of patterns": (sum(len(f.source.text) for f in files), MOST_CHARACTERS),
         "patterns, lets and imports": (
             sum(len(_STATEMENT.findall(f.source.text)) for f in files), MOST_STATEMENTS,
         ),
-        "files of patterns": (max(len(files), meant), MOST_FILES),
+        "files of patterns": (max(len(files), _meant(files)), MOST_FILES),
+        "files that stories import": (_meant(contents.stories), MOST_IMPORTED),
     }  # fmt: skip
     for what, (count, most) in counts.items():
         if count > most:
             return f"{count:,} {what}, at most {most:,} are read"
     return None
+
+
+def _meant(files: tuple[StoredFile, ...]) -> int:
+    """How many files all imports mean."""
+    return sum(len(f) for file in files for f in file.imports.values() if isinstance(f, list))
 
 
 # The shape of the manifest (untrusted.mismatch).

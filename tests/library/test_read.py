@@ -336,6 +336,10 @@ def test_a_chain_of_imports_as_long_as_a_library(good: bytes, path: Path) -> Non
     forgery.record(COMMON)["imports"] = {f"x{i}": ["n0.story"] * 100 for i in range(5)}
     path.write_bytes(forgery.zipped())
     assert "files of patterns, at most 500 are read" in said(path)
+    forgery = Forgery(good)
+    forgery.record("secret.story")["imports"] = {"moods": ["moods.story"] * 30_000}
+    path.write_bytes(forgery.zipped())
+    assert "30,000 files that stories import, at most 20,000 are read" in said(path)
 
 
 def test_a_standard_pattern_that_this_version_has_not(good: bytes, path: Path) -> None:
