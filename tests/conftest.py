@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -10,7 +11,15 @@ os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-
 
 import pytest
 
-from commands_for_tests import Outcome, Run
+from commands_for_tests import I2P, Outcome, Run
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The workers of a run share its cache. The kitchen's plan, which takes longest and which many
+    tests need, is made before they begin, not by each of them."""
+    is_worker = hasattr(config, "workerinput")
+    if config.getoption("numprocesses", None) and not is_worker and not config.option.collectonly:
+        subprocess.run([*I2P, "plan", "kitchen"], stdout=subprocess.DEVNULL, check=True)
 
 
 @pytest.fixture
