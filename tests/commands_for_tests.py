@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 I2P = [sys.executable, "-m", "i2pdsl"]
+PATIENCE = 600  # seconds after which something hangs, however busy the machine is
 
 
 class Outcome(NamedTuple):
@@ -28,7 +29,7 @@ Run = Callable[..., Outcome]
 def process(*arguments: str | Path, **options: Any) -> Outcome:
     """Runs a command as a process."""
     done = subprocess.run(
-        [*I2P, *map(str, arguments)], capture_output=True, text=True, timeout=60, **options
+        [*I2P, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE, **options
     )
     assert "Traceback" not in done.stderr
     return Outcome(done.returncode, done.stdout, done.stderr)

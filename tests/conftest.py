@@ -13,7 +13,6 @@ import pytest
 
 from commands_for_tests import I2P, Outcome, Run
 
-
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (
     *("test_descent", "test_stories", "test_beam", "test_cli_hill", "test_docs", "test_cli"),

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from commands_for_tests import I2P, Outcome, Run, on_a_terminal, process
+from commands_for_tests import I2P, PATIENCE, Outcome, Run, on_a_terminal, process
 from i2pdsl import cli
 from i2pdsl.cli import DONE, INTERRUPTED, USAGE, WRONG
 from i2pdsl.language.override import override
@@ -628,7 +628,7 @@ def interrupted_planning(command: list[str], folder: Path) -> Outcome:
             time.sleep(0.02)
         time.sleep(0.5)
         os.killpg(running.pid, signal.SIGINT)
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=PATIENCE)
     assert "Traceback" not in err
     assert "Exception ignored" not in err
     assert list((cache / "plans").iterdir()) == []

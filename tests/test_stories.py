@@ -10,7 +10,6 @@ from fuzz_for_tests import examples
 from i2pdsl.pipeline import load
 from stories_for_tests import MAPS, PATHS, check, expectations, name
 
-
 SEEDS = examples(3)
 
 

@@ -13,7 +13,6 @@ import pytest
 
 from stories_for_tests import HILL, check, name
 
-
 AT_ONCE = ("honest-light", "honest-heavy", "mime")
 
 

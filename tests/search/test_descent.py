@@ -181,11 +181,11 @@ def test_damped_gradients_descend_too(damping: float) -> None:
     assert solved("depict(weight = 0.5)", LENGTH, line).score > honest()
 
 
-def lying(price: float, length: int, more: str) -> tuple[Script, ...]:
+def lying(price: float, length: int, how: str) -> tuple[Script, ...]:
     """Scripts of a hopper that loses its value as fast as it can, where a fall costs so much."""
     low = f"-(sum_t (E[V(hopper) | script[:t]] + {price} * [fallen(hopper) @ script[t]]))"
-    how = f"search descend(seeds = 6, window = 60, overlap = 0, steps = 30, rate = 0.2{more})"
-    return solved(low, length, how, weight=0.5).candidates
+    line = f"search descend(window = 60, steps = 30, rate = 0.2, {how})"
+    return solved(low, length, line, weight=0.5).candidates
 
 
 def falls(script: Script) -> bool:
@@ -194,9 +194,10 @@ def falls(script: Script) -> bool:
 
 def test_not_fallen_keeps_a_hopper_up() -> None:
     """Asked to lose its value as fast as it can, it lies down; not if that is forbidden."""
+    how = "seeds = 4, lookahead = 0"
     # Rollouts are chaotic: another machine has other falls.
-    assert any(map(falls, lying(1e-6, 180, ", lookahead = 0")))
-    assert not falls(lying(20000, 180, ", lookahead = 0")[0])
+    assert any(map(falls, lying(1e-6, 120, how)))
+    assert not falls(lying(20000, 120, how)[0])
 
 
 AHEAD = "search descend(seeds = 2, window = 10, overlap = 0, lookahead = {}, steps = 3)"
@@ -217,7 +218,8 @@ def test_a_window_feels_as_far_as_it_looks_ahead(lookahead: int, felt: bool) -> 
 @pytest.mark.slow
 def test_looking_ahead_prevents_falls_that_are_beyond_the_window() -> None:
     """A hopper falls for longer than a window lasts; its value is least just before."""
-    fallen = lambda more: sum(map(falls, lying(20000, 180, more)))
+    how = "seeds = 6, overlap = 0"
+    fallen = lambda more: sum(map(falls, lying(20000, 180, how + more)))
     assert fallen("") < fallen(", lookahead = 0")
 
 
