@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fuzz_for_tests import examples
 from hill_for_tests import DESCENT
 from i2pdsl import Script, StoryError, programs
 from i2pdsl.audience.replay import replay
@@ -203,7 +204,7 @@ def test_not_fallen_keeps_a_hopper_up() -> None:
     assert not falls(lying(20000, 120, how)[0])
 
 
-AHEAD = "search descend(seeds = 2, window = 10, overlap = 0, lookahead = {}, steps = 3)"
+AHEAD = "search descend(seeds = 1, window = 10, overlap = 0, lookahead = {}, steps = 3)"
 LATE = "({} - 2) * sum_{{t in 16..20}} [progress(box) @ script[t]]"
 
 
@@ -316,7 +317,7 @@ def test_the_best_point_is_kept() -> None:
 
 def test_the_best_point_in_the_box_is_kept() -> None:
     """Accelerated steps lead uphill on a rugged loss; never the result."""
-    for phase in range(8):
+    for phase in range(examples(16)):
 
         def loss(x: jax.Array) -> jax.Array:
             return (x**2).sum() + 2 * jnp.sin(9 * x + phase).sum()  # noqa: B023
