@@ -12,10 +12,11 @@ demo: $(READY)
 	@echo "out/help/comic.png (the story) and out/help/mind.png (what viewers believe)."
 
 test: $(READY)
-	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not slow"
 
+# Whole stories on many seeds, long searches, and all examples of tests that draw them by chance.
 test-all: $(READY)
-	$(BIN)/pytest -n 2 --dist loadfile
+	I2PDSL_TESTS=full $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import tempfile
 from pathlib import Path
 
@@ -10,7 +11,28 @@ os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-
 
 import pytest
 
-from commands_for_tests import Outcome, Run
+from commands_for_tests import I2P, Outcome, Run
+
+# Files that take longest, begun first where several workers share them (`--dist loadfile`).
+LONGEST = (
+    *("test_descent", "test_stories", "test_beam", "test_cli_hill", "test_docs", "test_cli"),
+    *("test_session", "test_stories_hill", "test_notebooks", "test_catalogue", "test_terminal"),
+    *("test_piped", "test_environment", "test_pipeline", "test_speed_of_checking"),
+)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if hasattr(config, "workerinput"):
+        place = {name: number for number, name in enumerate(LONGEST)}
+        items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The workers of a run share its cache. The kitchen's plan, which takes longest and which many
+    tests need, is made before they begin, not by each of them."""
+    is_worker = hasattr(config, "workerinput")
+    if config.getoption("numprocesses", None) and not is_worker and not config.option.collectonly:
+        subprocess.run([*I2P, "plan", "kitchen"], stdout=subprocess.DEVNULL, check=True)
 
 
 @pytest.fixture

@@ -1,10 +1,14 @@
-"""States of the hill between the fast code and the reference."""
+"""The hill for tests: a search that they share, and states between fast code and reference."""
 
 from __future__ import annotations
 
 import numpy as np
 
 import hill_reference as reference
+
+# A descent takes half a minute to compile, once for each length, objective and search (whatever
+# its numbers): a test that needs just any descent takes this one, with `length 20` and depict().
+DESCENT = "search descend(seeds = 2, window = 20, overlap = 0, lookahead = 0, steps = 2)"
 
 
 def as_reference(state: np.ndarray) -> reference.State:

@@ -225,8 +225,8 @@ class World:
         for s in states:
             row = []
             for a in ACTIONS:
-                results = [(p, number[t]) for p, t in self.outcomes(s, who, a)]
-                row.append((self.reward(who, goal, s, a), results))
+                (p, t), (q, u) = [*self.outcomes(s, who, a), (0.0, s)][:2]
+                row.append((self.reward(who, goal, s, a), p, number[t], q, number[u]))
             own.append(row)
             social, after = self.answer(who, h, s)
             answers.append((social, [(p, number[t]) for t, p in after.items()]))
@@ -234,9 +234,7 @@ class World:
         values = [0.0] * len(states)
         while True:
             w = [social + sum([p * values[j] for p, j in after]) for social, after in answers]
-            new = [
-                max([r + gamma * sum([p * w[j] for p, j in to]) for r, to in row]) for row in own
-            ]
+            new = [max([r + gamma * (p * w[j] + q * w[k]) for r, p, j, q, k in row]) for row in own]
             changes = [b - a for a, b in zip(values, new, strict=True)]
             low, high = min(changes), max(changes)
             values = [v + c * (low + high) / 2 for v in new]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from commands_for_tests import I2P, Outcome, Run, process
+from commands_for_tests import I2P, PATIENCE, Outcome, Run, on_a_terminal, process
 from i2pdsl import cli
 from i2pdsl.cli import DONE, INTERRUPTED, USAGE, WRONG
 from i2pdsl.language.override import override
@@ -597,37 +596,15 @@ def test_output_without_unicode(place: Path) -> None:
     assert "m\\xfcll" in done.out
 
 
-def on_a_terminal(command: list[str], folder: Path, environment: dict[str, str]) -> tuple[str, str]:
-    """Standard output through a pipe, standard error through a terminal."""
-    leader, follower = pty.openpty()
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=follower, cwd=folder, text=True, env=environment
-    ) as running:
-        os.close(follower)
-        shown = b""
-        while True:
-            try:
-                part = os.read(leader, 4096)
-            except OSError:  # the terminal's other end is closed
-                break
-            if not part:
-                break
-            shown += part
-        assert running.stdout is not None
-        out = running.stdout.read()
-    os.close(leader)
-    assert running.returncode == DONE
-    return out, shown.decode(errors="replace")
-
-
 def test_progress_is_shown_on_a_terminal_only(place: Path, tmp_path: Path) -> None:
     environment = {**os.environ, "I2PDSL_CACHE": str(tmp_path / "cache")}
-    out, shown = on_a_terminal([*I2P, "plan", "small", "--json"], place, environment)
+    status, out, shown = on_a_terminal("plan", "small", "--json", env=environment)
+    assert status == DONE
     assert json.loads(out)["cached"] is False
     assert "planning robot" in shown
-    assert "Traceback" not in shown
     command = ["run", "help.story", "--json", "--format", "gif", "--set", "length=2"]
-    out, shown = on_a_terminal([*I2P, *command], place, environment)
+    status, out, shown = on_a_terminal(*command)
+    assert status == DONE
     assert json.loads(out)["story"] == "help"
     assert "searching" in shown
     assert "drawing film.gif" in shown
@@ -651,7 +628,7 @@ def interrupted_planning(command: list[str], folder: Path) -> Outcome:
             time.sleep(0.02)
         time.sleep(0.5)
         os.killpg(running.pid, signal.SIGINT)
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=PATIENCE)
     assert "Traceback" not in err
     assert "Exception ignored" not in err
     assert list((cache / "plans").iterdir()) == []
@@ -737,13 +714,11 @@ def test_a_lost_interrupt_is_sent_again() -> None:
         "def callback(*_):\n"
         "    gc.callbacks.remove(callback); os.kill(os.getpid(), signal.SIGINT); time.sleep(0.05)\n"
         "gc.callbacks.append(callback)\n"
-        "try:\n    gc.collect(); time.sleep(5); print('lost')\n"
+        "try:\n    gc.collect(); time.sleep(60); print('lost')\n"
         "except KeyboardInterrupt: print('kept')\n"
     )
-    began = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("kept\n", "")
-    assert time.perf_counter() - began < 4
 
 
 def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch) -> None:

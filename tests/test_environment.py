@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import pytest
 
 import i2pdsl
-from commands_for_tests import I2P, Run, process
+from commands_for_tests import I2P, PATIENCE, Run, process
 from i2pdsl.cli import DONE, INTERRUPTED, WRONG
 from i2pdsl.computing import computing
 
@@ -126,7 +126,7 @@ print(os.wait()[1])
 def test_a_forked_process_never_hangs(place: Path, warm: bool) -> None:
     code = FORK.format(first="i2pdsl", warm=warm)
     command = [sys.executable, "-W", "ignore", "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     said, status = done.stdout.splitlines()
     assert status == "0"
     assert ('multiprocessing.get_context("spawn")' in said) if warm else said == "True"
@@ -137,7 +137,9 @@ def test_a_pool_as_the_documentation_makes_it(place: Path) -> None:
     (code,) = re.findall(r"```python no-run\n(import multiprocessing\n.*?)```", text, re.DOTALL)
     Path("friend.story").write_text(LEFT, encoding="utf-8")
     Path("pool.py").write_text(code.replace("range(4)", "range(2)"), encoding="utf-8")
-    done = subprocess.run([sys.executable, "pool.py"], capture_output=True, text=True, timeout=240)
+    done = subprocess.run(
+        [sys.executable, "pool.py"], capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.stderr == ""
     first, second = done.stdout.strip("[]\n").split(", ")
     assert float(first) == float(second) > 5

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from commands_for_tests import I2P, Run
+from commands_for_tests import I2P, PATIENCE, Run
 from i2pdsl import resources
 from i2pdsl.resources import atomic_path, cache_folder, write_text
 
@@ -29,7 +29,7 @@ with atomic_path(Path(sys.argv[1])) as temporary:
 def left_by_a_killed_process(path: Path, age: float) -> Path:
     """A temporary file, as a process leaves it that is killed while it writes."""
     before = set(path.parent.iterdir()) if path.parent.exists() else set()
-    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=60)
+    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], timeout=PATIENCE)
     assert done.returncode == -signal.SIGKILL
     (rest,) = set(path.parent.iterdir()) - before
     assert rest.suffix == path.suffix, "writers choose their format by it"
@@ -114,7 +114,7 @@ def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_full_standard_output(arguments: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*I2P, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60,
+            [*I2P, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE,
             input="world kitchen\n",
         )  # fmt: skip
     assert done.returncode == 1

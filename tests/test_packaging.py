@@ -7,6 +7,7 @@ import subprocess
 import sys
 import sysconfig
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -118,17 +119,19 @@ def test_the_wheel_makes_and_draws_a_story(installed: Path, tmp_path: Path) -> N
 
 def test_the_wheel_is_installed_by_pip(wheel: Path, tmp_path: Path) -> None:
     """Into an environment of its own, whose dependencies are those of this one."""
-    subprocess.run([sys.executable, "-m", "venv", str(tmp_path / "venv")], check=True)
+    venv = [sys.executable, "-m", "venv", "--without-pip", str(tmp_path / "venv")]
+    subprocess.run(venv, check=True)
     python = tmp_path / "venv" / "bin" / "python"
-    pip = [str(python), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
-    subprocess.run(pip, check=True)
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet"]
+    subprocess.run([*pip, "--no-compile", "--no-deps", "--no-index", str(wheel)], check=True)
     (site,) = (tmp_path / "venv" / "lib").glob("python*/site-packages")
     # A path alone: the .pth file of the checkout's editable install is not read.
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
     tool = tmp_path / "venv" / "bin" / "i2p"
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    call = partial(subprocess.run, capture_output=True, text=True, cwd=tmp_path, env=own)
     for command in (["worlds"], ["patterns"], ["check", str(site / "i2pdsl/data/stories")]):
-        done = subprocess.run([tool, *command], capture_output=True, text=True, cwd=tmp_path)
+        done = call([tool, *command])
         assert done.returncode == 0, done.stderr
-    code = "import i2pdsl; print(i2pdsl.__file__)"
-    where = subprocess.run([python, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    where = call([python, "-c", "import i2pdsl; print(i2pdsl.__file__)"])
     assert where.stdout.startswith(str(site))

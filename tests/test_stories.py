@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from fuzz_for_tests import examples
 from i2pdsl.pipeline import load
 from stories_for_tests import MAPS, PATHS, check, expectations, name
+
+SEEDS = examples(3)
 
 
 @pytest.mark.parametrize("path", PATHS, ids=name)
@@ -18,7 +21,7 @@ def test_story_says_what_it_expects(path: Path) -> None:
 
 @pytest.mark.parametrize("path", MAPS, ids=name)
 def test_story_meets_its_expectations_on_a_few_seeds(path: Path) -> None:
-    check(path, range(3))
+    check(path, range(SEEDS))
 
 
 @pytest.mark.slow

@@ -117,7 +117,14 @@ def planned(text: str, name: str = "small", tolerance: float = 1e-10) -> GridWor
 def small_kitchen(
     rows: tuple[str, ...] = SMALL_MAP, level0: str = "uniform", hypotheses: str = "merged"
 ) -> Pair:
-    """The kitchen on a small map, with gamma = 0.9 so that the reference is quick."""
-    text = kitchen_text(rows, gamma="0.9", level0=level0, hypotheses=hypotheses)
-    ours = reference.kitchen(rows=list(rows), gamma=0.9, level0=level0, hypotheses=hypotheses)
+    """The kitchen on a small map, with gamma = 0.8 so that the reference is quick."""
+    text = kitchen_text(rows, gamma="0.8", level0=level0, hypotheses=hypotheses)
+    ours = reference.kitchen(rows=list(rows), gamma=0.8, level0=level0, hypotheses=hypotheses)
+    ours._values = reference_plans(rows, level0)
     return Pair(planned(text), ours)
+
+
+@cache
+def reference_plans(rows: tuple[str, ...], level0: str) -> dict:
+    """What the reference has planned so far: the same whatever the hypotheses' weights."""
+    return {}

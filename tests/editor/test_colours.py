@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 
+from fuzz_for_tests import examples
 from i2pdsl.editor import textmate
 from i2pdsl.editor.colours import (
     KINDS,
@@ -82,7 +83,7 @@ def test_names_that_are_known_have_their_kind() -> None:
 
 
 @given(TEXTS)
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=examples(400), deadline=None, derandomize=True)
 def test_colours_lose_nothing(text: str) -> None:
     for pieces in (list(colour(text)), list(colour_world(text))):
         assert "".join(text[p.start : p.end] for p in pieces) == text

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from lark.exceptions import UnexpectedInput
 from lark.utils import TextSlice
 
+from fuzz_for_tests import examples
 from i2pdsl.editor.colours import Piece, colour
 from i2pdsl.editor.complete import Surroundings, complete, surroundings
 from i2pdsl.editor.definition import definition
@@ -135,7 +136,7 @@ ANY_TEXT = st.lists(st.sampled_from(TOKENS), max_size=40).flatmap(
 
 
 @given(ANY_TEXT, st.integers(0, 200), st.sampled_from(["file", "expression"]))
-@settings(max_examples=500, deadline=None, derandomize=True)
+@settings(max_examples=examples(500), deadline=None, derandomize=True)
 def test_any_text_is_survived(text: str, offset: int, start: str) -> None:
     offset = min(offset, len(text))
     for completion in complete(text, offset, KITCHEN, start):
@@ -168,7 +169,7 @@ STORY_TEXTS = [known(path)[0] for path in STORIES]
 
 
 @given(st.sampled_from(STORY_TEXTS), st.integers(0, 3000), st.integers(0, 12), ANY_TEXT)
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=examples(300), deadline=None, derandomize=True)
 def test_edited_stories_are_survived(story: str, at: int, removed: int, added: str) -> None:
     at %= len(story)
     text = story[:at] + added + story[at + removed :]

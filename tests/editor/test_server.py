@@ -17,6 +17,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from commands_for_tests import PATIENCE
+
 pytest.importorskip("pygls")
 
 ROOT = Path(__file__).parents[2]
@@ -90,9 +92,9 @@ class Editor:
                 assert "error" not in message, message
                 return message.get("result")
 
-    def receive(self, timeout: float = 120) -> dict[str, Any]:
+    def receive(self) -> dict[str, Any]:
         try:
-            message = self.messages.get(timeout=timeout)
+            message = self.messages.get(timeout=PATIENCE)
         except Empty:
             raise AssertionError(self.close()) from None
         if message.get("method") == "textDocument/publishDiagnostics":
@@ -128,7 +130,7 @@ class Editor:
         self.ask("shutdown", None)
         self.tell("exit", None)
         try:
-            status = self.process.wait(20)
+            status = self.process.wait(PATIENCE)
         finally:
             errors = self.close()
         assert "Traceback" not in errors, errors

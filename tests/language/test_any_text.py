@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fuzz_for_tests import examples
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.builtins import FUNCTIONS, RESERVED
 from i2pdsl.language.check import check_query, check_source
@@ -42,7 +43,7 @@ NUMBERS = ("0", "1", "2.5", "1e400", '"text"')
 TOKENS = [*sorted(RESERVED), *sorted(FUNCTIONS), *NAMES.split(), *SIGNS.split(), *SPACES, *NUMBERS]
 SETTINGS = settings(
     derandomize=True,
-    max_examples=150,
+    max_examples=examples(150),
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
 )
@@ -99,13 +100,13 @@ def mutated(text: str, dice: random.Random) -> str:
 
 def test_mutated_stories() -> None:
     dice = random.Random(1)
-    for _ in range(1000):
+    for _ in range(examples(1000)):
         survives(mutated(dice.choice(STORIES), dice))
 
 
 def test_mutated_worlds() -> None:
     dice = random.Random(2)
-    for _ in range(500):
+    for _ in range(examples(500)):
         survives_as_world(mutated(WORLD, dice))
 
 
@@ -118,7 +119,7 @@ def test_mutated_queries() -> None:
         if line.startswith("maximize ")
     ]
     assert len(expressions) > 100
-    for _ in range(800):
+    for _ in range(examples(800)):
         survives_as_query(mutated(dice.choice(expressions), dice))
 
 
@@ -134,7 +135,7 @@ def test_cut_stories_and_worlds() -> None:
 
 def test_random_tokens() -> None:
     dice = random.Random(4)
-    for _ in range(800):
+    for _ in range(examples(800)):
         body = " ".join(dice.choices(TOKENS, k=dice.randint(1, 25)))
         survives(f"world kitchen\nlength 5\nmaximize {body}")
         survives(body)

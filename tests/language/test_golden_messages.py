@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -22,7 +23,7 @@ from i2pdsl.language.parse import parse
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
-from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.kinds import parse_world
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "golden"
@@ -32,14 +33,14 @@ CASES = sorted(
     for path in FOLDER.iterdir()
     if path.suffix in (".story", ".world", ".query") and path.name not in HELPERS
 )
-SOURCES = [
-    *(ROOT / "i2pdsl" / "language").glob("*.py"),
-    ROOT / "i2pdsl" / "worlds" / "grid" / "blocks.py",
-    ROOT / "i2pdsl" / "worlds" / "grid" / "parse.py",
-]
+READERS = (check_source, check_query, read_source, parse_world)  # whose messages are golden
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
-# Codes of files that have their own tests; a library's is shown at the import.
-ELSEWHERE = {"set": "tests of `i2p run --set`", "library": "tests/library/test_read.py"}
+# Codes that have their own tests; a library's is shown at the import.
+ELSEWHERE = {
+    "set": "tests of `i2p run --set`",
+    "library": "tests/library/test_read.py",
+    "too-many": "test_speed_of_checking.py",
+}
 
 
 def find_world(name: str, folder: Path | None) -> Vocabulary | None:
@@ -105,6 +106,21 @@ def test_first_line_and_underline_agree(path: Path) -> None:
                 assert underlined == first.rstrip()
 
 
+def modules_of(readers: tuple[Callable[..., object], ...]) -> set[Path]:
+    """The files that some functions are made of: where they stand, and all of ours that these
+    import as they are loaded."""
+    found: set[Path] = set()
+    waiting = [reader.__module__ for reader in readers]
+    while waiting:
+        path = Path(str(sys.modules[waiting.pop()].__file__))
+        if path not in found:
+            found.add(path)
+            body = ast.parse(path.read_text(encoding="utf-8")).body
+            names = [str(node.module) for node in body if isinstance(node, ast.ImportFrom)]
+            waiting += [name for name in names if name.startswith("i2pdsl.")]
+    return found
+
+
 def codes_of(path: Path) -> Iterator[str]:
     """The codes that a module can report."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -126,7 +142,7 @@ def codes_of(path: Path) -> Iterator[str]:
 
 
 def test_every_code_has_a_golden() -> None:
-    emitted = {code for path in SOURCES for code in codes_of(path)} - ELSEWHERE.keys()
+    emitted = {code for path in modules_of(READERS) for code in codes_of(path)} - ELSEWHERE.keys()
     assert len(emitted) > 50, "the codes are not found in the source any more"
     told = {problem.code for path in CASES for problem in diagnostics(path)}
     told |= {"no-file", "too-long"}  # test_files_that_cannot_be_read

@@ -12,6 +12,7 @@ import pytest
 from lark import Tree
 from lark.exceptions import UnexpectedInput, UnexpectedToken
 
+from fuzz_for_tests import examples
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import (
@@ -271,7 +272,7 @@ def test_the_faster_driver_reads_as_lark_does() -> None:
         for text in texts
         for piece in split_statements(Source("", text), STATEMENT_WORDS).pieces
     ]
-    for _ in range(600):
+    for _ in range(examples(600)):
         begin, piece = dice.choice(words.split()), dice.choice(pieces)
         at = dice.randrange(len(piece))
         pieces.append(f"{piece[:at]} {begin} {piece[at + dice.randint(0, 3) :]}")

@@ -128,9 +128,9 @@ def test_circles_and_wrong_calls_end() -> None:
 def test_doubling_patterns_are_read_once() -> None:
     """Put in, these would have 2^40 parts."""
     lines = [f"pattern p{i}(e) = p{i - 1}(e) + p{i - 1}(e)" for i in range(1, 40)]
-    began = time.perf_counter()
+    began = time.process_time()
     assert kinds("\n".join(["pattern p0(e) = depict(e)", *lines]), "p39") == "e event"
-    assert time.perf_counter() - began < 2
+    assert time.process_time() - began < 2
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fuzz_for_tests import examples
 from i2pdsl.errors import Diagnostic
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.completing import complete_line
@@ -102,7 +103,7 @@ def is_wrong(diagnostics: tuple[Diagnostic, ...]) -> bool:
 
 
 @settings(
-    max_examples=400,
+    max_examples=examples(400),
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
@@ -137,7 +138,7 @@ def test_any_lines(
     assert session.state.program is begun.program
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(typed=line(), share=st.floats(0, 1))
 def test_any_place_can_be_completed(helped: Session, typed: str, share: float) -> None:
     offset = round(share * len(typed))

@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from commands_for_tests import I2P
+from commands_for_tests import I2P, PATIENCE, Run, process
 from i2pdsl.pipeline import Result
 from i2pdsl.repl.piped import entries
 from repl.conftest import HELP
 
-
-def repl(typed: str | bytes, *arguments: str, folder: Path | None = None) -> tuple[str, str]:
-    """What comes out of a process that reads lines and ends well."""
-    data = typed.encode() if isinstance(typed, str) else typed
-    done = subprocess.run(
-        [*I2P, "repl", *arguments], input=data, capture_output=True, timeout=120, cwd=folder
-    )
-    out, err = done.stdout.decode(), done.stderr.decode(errors="replace")
-    assert done.returncode == 0, err
-    assert "Traceback" not in err
-    return out, err
+Repl = Callable[..., tuple[str, str]]
 
 
-def test_an_answer_for_each_question_in_its_order(solved_help: Result) -> None:
+@pytest.fixture
+def repl(i2p: Run, monkeypatch: pytest.MonkeyPatch) -> Repl:
+    """What comes out of a command that reads lines and ends well, in this process."""
+
+    def run(typed: str | bytes, *arguments: str) -> tuple[str, str]:
+        data = typed.encode() if isinstance(typed, str) else typed
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(data)))
+        done = i2p("repl", *arguments)
+        assert done.status == 0, done.err
+        return done.out, done.err
+
+    return run
+
+
+def test_a_process_at_the_end_of_a_pipe() -> None:
+    done = process("repl", input="1 + 1\nlet x = 3\nhepl\nx ^ 2")
+    assert done.out == "2\n9\n"
+    assert "unknown name `hepl`" in done.err
+
+
+def test_an_answer_for_each_question_in_its_order(solved_help: Result, repl: Repl) -> None:
     typed = (
         "P(rho > 0 | script[:7])\n"
         "P(rho > 0 | script[:t])\n"
@@ -57,18 +69,18 @@ def test_an_answer_for_each_question_in_its_order(solved_help: Result) -> None:
     ]
 
 
-def test_lines_of_other_systems_and_junk() -> None:
+def test_lines_of_other_systems_and_junk(repl: Repl) -> None:
     out, err = repl(b"T\r\nlet x = 2\r\nx\r\n\x00\xff\xfe\x1b[31m\r\n" + b"x + 1\r\n")
     assert out.splitlines() == ["0", "2", "3"]
     assert err.count("error[") == 1
 
 
-def test_empty_input() -> None:
+def test_empty_input(repl: Repl) -> None:
     assert repl("") == ("", "")
     assert repl("\n\n  \n# only this\n")[0] == ""
 
 
-def test_a_very_long_line() -> None:
+def test_a_very_long_line(repl: Repl) -> None:
     long = "1" + " + 1" * 20_000
     out, err = repl(f"{long}\n{'(' * 5000}\nT\n")
     assert out.splitlines()[-1] == "0"
@@ -76,7 +88,7 @@ def test_a_very_long_line() -> None:
     assert len(err) < 5000
 
 
-def test_quit_ends_early() -> None:
+def test_quit_ends_early(repl: Repl) -> None:
     assert repl("1 + 1\nquit\n2 + 2\n")[0] == "2\n"
     assert repl("exit\n2 + 2\n")[0] == ""
 
@@ -105,7 +117,7 @@ def test_every_answer_comes_before_the_next_question() -> None:
             process.stdin.flush()
             assert process.stdout.readline() == answer  # or it would wait for ever
         process.stdin.close()
-        assert process.wait(20) == 0
+        assert process.wait(PATIENCE) == 0
 
 
 def test_a_reader_who_leaves() -> None:

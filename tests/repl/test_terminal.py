@@ -16,7 +16,7 @@ import pyte
 import pytest
 from pexpect import fdpexpect
 
-from commands_for_tests import I2P
+from commands_for_tests import I2P, PATIENCE
 from repl.conftest import HELP
 
 UP, DOWN, TAB, ENTER = "\x1b[A", "\x1b[B", "\t", "\r"
@@ -25,7 +25,6 @@ import fcntl, os, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 os.execv(sys.argv[1], sys.argv[1:])
 """
-PATIENCE = 60  # seconds; a machine may be busy
 
 
 class Terminal:
@@ -290,9 +289,10 @@ def test_a_narrow_window(terminal: Open) -> None:
 
 def test_a_window_that_changes_its_size(terminal: Open) -> None:
     one = terminal(columns=100)
+    before = len(one.raw)
     termios.tcsetwinsize(one.master, (40, 50))
     one.screen.resize(40, 50)
-    time.sleep(0.2)
+    one.until(lambda _: len(one.raw) > before)  # the prompt is drawn anew
     plot = one.enter("plot 0.25")
     feet = [line for line in plot.splitlines() if "└" in line]
     assert len(feet) == 1

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from random import Random
 
 import numpy as np
 import pytest
 
 import reference
+from fuzz_for_tests import FULL
 from i2pdsl import programs
 from i2pdsl.errors import Source, StoryError
+from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import score_script, story_objective
@@ -35,9 +38,14 @@ planning
 """
 
 
-def search(
-    pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1, block: int = 0
-) -> Found:
+# A search takes seconds to compile, once for each length, width and shape of the objective (events
+# and numbers are no part of it): tests that need just any search take this objective.
+HELPS = "world w\nlength {}\nmaximize sum_t P({} | script[:t])"
+HELP = HELPS.format(4, "rho > 0")
+WIDE = 40
+
+
+def search(pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1) -> Found:
     story = pair.story(text)
     world = pair.world
     entities = world.spec.entities
@@ -47,8 +55,12 @@ def search(
 
 
 def score(pair: Pair, text: str, start: int, actions: np.ndarray) -> float:
+    return scored(pair, pair.story(text), start, actions)
+
+
+def scored(pair: Pair, story: TypedStory, start: int, actions: np.ndarray) -> float:
     path = trajectory(pair.world, start, actions)
-    return score_script(pair.story(text), pair.world, replay(pair.world, path.states, path.actions))
+    return score_script(story, pair.world, replay(pair.world, path.states, path.actions))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +74,7 @@ def pair() -> Pair:
         "sum_t P(G_one = left | script[:t])",
         "sum_t P(G_one = left | script[:t]) - 0.5 * (sum_t KL(script[:t-1] || script[:t]))",
         "(max_t P(G_one = left | script[:t])) * (min_t P(G_one = right | script[:t]))",
-        "P(G_one = left | script[:2]) - P(G_one = left | script[:4])",
+        "P(G_one = left | script[:2]) - P(G_one = left | script[:T])",
     ],
 )
 def test_full_width_is_brute_force_on_the_corridor(objective: str) -> None:
@@ -76,21 +88,23 @@ def test_full_width_is_brute_force_on_the_corridor(objective: str) -> None:
         beta=1,
     )
     pair = Pair(world, ours)
-    text = f"world corridor\nlength 4\nmaximize {objective}"
+    frames = 4 if FULL else 3
+    text = f"world corridor\nlength {frames}\nmaximize {objective}"
+    story = pair.story(text)
     every = np.arange(5)
-    found = search(pair, text, every, width=5**4)
+    found = search(pair, text, every, width=5**frames)
     for start, actions, best in zip(found.starts, found.actions, found.scores, strict=True):
-        turns = np.stack(np.meshgrid(*[np.arange(5)] * 4, indexing="ij"), -1).reshape(-1, 4)
-        brute = max(score(pair, text, int(start), t) for t in turns)
+        turns = itertools.product(range(5), repeat=frames)
+        brute = max(scored(pair, story, int(start), np.array(t)) for t in turns)
         assert best == pytest.approx(brute, abs=1e-4)
-        assert score(pair, text, int(start), actions) == pytest.approx(brute, abs=1e-4)
+        assert scored(pair, story, int(start), actions) == pytest.approx(brute, abs=1e-4)
 
 
 def test_full_width_is_brute_force_with_events_and_chance() -> None:
     pair = small_kitchen(("P.", ".G"))
     text = "world w\nlength 2\nallow deus(table)\nmaximize sum_t P(rho > 0 | script[:t])"
     absent = np.flatnonzero(pair.world.dynamics.cells[:, 2] == pair.world.dynamics.absent)
-    starts = absent[:6].tolist()
+    starts = absent[: 6 if FULL else 2].tolist()
     found = search(pair, text, starts, width=3000)
     goal = reference.objective("help", 2)
     for start, best in zip(found.starts, found.scores, strict=True):
@@ -101,9 +115,8 @@ def test_full_width_is_brute_force_with_events_and_chance() -> None:
 
 
 def test_greedy_search_agrees_with_the_reference(pair: Pair) -> None:
-    text = "world w\nlength 3\nmaximize sum_t P(rho > 0 | script[:t])"
     starts = draw_starts(np.arange(pair.spec.state_count), 4, seed=5)
-    found = search(pair, text, starts)
+    found = search(pair, HELPS.format(3, "rho > 0"), starts)
     goal = reference.objective("help", 3)
     for start, best in zip(found.starts, found.scores, strict=True):
         document = pair.document(trajectory(pair.world, int(start), np.array([0])))
@@ -115,9 +128,9 @@ def test_greedy_search_agrees_with_the_reference(pair: Pair) -> None:
 def test_wider_beams_are_no_worse_and_blocks_change_nothing(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = "world w\nlength 4\nmaximize sum_t P(rho < 0 | script[:t])"
+    text = HELPS.format(4, "rho < 0")
     starts = draw_starts(np.arange(pair.spec.state_count), 10, seed=0)
-    narrow, wide = search(pair, text, starts), search(pair, text, starts, width=40)
+    narrow, wide = search(pair, text, starts), search(pair, text, starts, WIDE)
     assert wide.scores.max() >= narrow.scores.max() - 1e-5
     monkeypatch.setattr(beam, "block_size", lambda *_: 3)
     blocks = search(pair, text, starts)
@@ -152,10 +165,9 @@ def test_scores_in_single_precision_are_those_in_double(pair: Pair) -> None:
 
 
 def test_same_seed_same_scripts(pair: Pair) -> None:
-    text = "world w\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])"
     allowed = np.arange(pair.spec.state_count)
-    first = search(pair, text, draw_starts(allowed, 20, seed=3), width=4)
-    again = search(pair, text, draw_starts(allowed, 20, seed=3), width=4)
+    first = search(pair, HELP, draw_starts(allowed, 20, seed=3), WIDE)
+    again = search(pair, HELP, draw_starts(allowed, 20, seed=3), WIDE)
     assert (first.actions == again.actions).all()
     assert (first.starts == again.starts).all()
     other = draw_starts(allowed, 20, seed=4)
@@ -169,20 +181,18 @@ def test_starts_are_drawn_without_repetition() -> None:
 
 
 def test_interruption_keeps_what_was_found(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = "world w\nlength 3\nmaximize sum_t P(rho > 0 | script[:t])"
-    story = pair.story(text)
-    objective = story_objective(story, pair.world)
-    monkeypatch.setattr(beam, "block_size", lambda *_: 2)
+    objective = story_objective(pair.story(HELP), pair.world)
+    monkeypatch.setattr(beam, "block_size", lambda *_: 3)
 
     def interrupt(done: int, total: int) -> None:
-        if done >= 4:
+        if done >= 6:
             raise KeyboardInterrupt
 
     starts = draw_starts(np.arange(pair.spec.state_count), 10, seed=1)
-    found = beam_search(pair.world, objective, 3, starts, 1, (), interrupt)
+    found = beam_search(pair.world, objective, 4, starts, 1, (), interrupt)
     assert not found.finished
-    assert len(found.starts) == 4
-    assert set(found.starts.tolist()) == set(starts[:4].tolist())
+    assert len(found.starts) == 6
+    assert set(found.starts.tolist()) == set(starts[:6].tolist())
 
 
 def test_scripts_of_a_search_are_valid_and_use_only_allowed_events(pair: Pair) -> None:
@@ -203,14 +213,14 @@ def test_one_program_serves_stories_of_one_shape(pair: Pair) -> None:
     programs._memory.clear()
     starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
     for event in ("rho > 0", "rho < 0", "G_cheese = pink"):
-        search(pair, f"world w\nlength 4\nmaximize 2 * depict({event})", starts)
+        search(pair, HELPS.format(4, event), starts)
     assert len(programs._memory) == 1
-    search(pair, "world w\nlength 5\nmaximize 2 * depict(rho > 0)", starts)
+    search(pair, HELPS.format(3, "rho > 0"), starts)
     assert len(programs._memory) == 2
 
 
 def test_random_scripts_never_beat_the_search(pair: Pair) -> None:
-    text = "world w\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])"
+    text = HELPS.format(5, "rho > 0")
     found = search(pair, text, np.arange(pair.spec.state_count))
     random = Random(0)
     for _ in range(30):

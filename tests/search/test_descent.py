@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -11,8 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl import StoryError, programs
+from fuzz_for_tests import examples
+from hill_for_tests import DESCENT
+from i2pdsl import Script, StoryError, programs
 from i2pdsl.errors import Source
+from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
@@ -23,7 +25,11 @@ from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
 from i2pdsl.worlds.kind import Watch
 
-SHORT = "search descend(seeds = 3, window = 20, steps = 6)"
+# A descent takes half a minute to compile: tests share what they can, by one length, one window
+# and one objective (its numbers are no part of a program).
+SHORT = "search descend(seeds = 3, window = 20, steps = 6{})"
+LENGTH = 40
+WINDOWS = "search descend(seeds = 2, window = 20, overlap = {}, lookahead = {}, steps = 2)"
 TERMS = (
     "depict(weight = 0.5)",
     "sum_t (if 3 <= t <= 6 then -1 else 1) * E[V(hopper) | script[:t], weight = 0.5]",
@@ -39,15 +45,20 @@ TERMS = (
 SUMS = (TERMS[0], TERMS[4], TERMS[7])
 
 
-def story(objective: str, length: int = 20, *lines: str, weight: float = 0.1) -> Story:
+def story(objective: str, length: int = LENGTH, *lines: str, weight: float = 0.1) -> Story:
     text = "\n".join(
         (f"world hill(weight = {weight})", f"length {length}", f"maximize {objective}", *lines)
     )
     return story_from(Source("test.story", text + "\n"))
 
 
-def solved(objective: str, length: int = 20, *lines: str, **more: Any) -> Result:
-    return story(objective, length, *(lines or (SHORT,)), **more).solve(seed=0)
+def solved(objective: str, length: int = LENGTH, *lines: str, **more: Any) -> Result:
+    return story(objective, length, *(lines or (SHORT.format(""),)), **more).solve(seed=0)
+
+
+def honest(length: int = LENGTH, noise: float = 0) -> float:
+    """What the controller's own motion is worth."""
+    return solved("depict(weight = 0.5)", length, f"search naive(noise = {noise})").score
 
 
 @pytest.mark.parametrize("objective", TERMS)
@@ -73,7 +84,13 @@ def test_the_fold_scores_as_the_whole_script_does(objective: str) -> None:
     assert script.score == pytest.approx(found, abs=1e-6)
 
 
-@pytest.mark.parametrize("objective", TERMS[:5])
+@pytest.mark.parametrize(
+    "objective",
+    [
+        " + ".join(f"{number} * ({term})" for number, term in enumerate(TERMS[:5], 1)),
+        *(pytest.param(term, marks=pytest.mark.slow) for term in TERMS[:5]),
+    ],
+)
 def test_gradients_of_objectives_are_finite_differences(objective: str) -> None:
     made = story(objective, 5, "search naive(noise = 0.5)")
     script = made.solve(seed=1).script
@@ -82,15 +99,20 @@ def test_gradients_of_objectives_are_finite_differences(objective: str) -> None:
     with jax.enable_x64(True):
         tables, params = jax.tree.map(jnp.asarray, (world.tables, compiled.params))
 
-        @jax.jit
         def score(actions: jax.Array) -> jax.Array:
+            """The first frame gives the loop over the others what it carries."""
+            one = lambda node, action: follow(world, compiled, tables, params, node, action)
             node = root(world, compiled, tables, params, jnp.asarray(path.states[0]))
-            for t in range(5):
-                node, frame = follow(world, compiled, tables, params, node, actions[t])
+            shapes = jax.eval_shape(one, node, actions[0])[1]
+            none = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shapes)
+            step = lambda carry, action: (one(carry[0], action), None)
+            (node, frame), _ = jax.lax.scan(step, (node, none), actions)
             return compiled.score(tables, params, node.carry, frame)
 
+        both = jax.jit(jax.value_and_grad(score))
+        score = lambda actions: both(actions)[0]
         point = jnp.asarray(path.actions)
-        gradient = np.asarray(jax.grad(score)(point))
+        gradient = np.asarray(both(point)[1])
         for place in ((0, 0), (1, 4), (3, 2)):
             step = jnp.zeros_like(point).at[place].set(1e-6)
             expected = float(score(point + step) - score(point - step)) / 2e-6
@@ -99,9 +121,8 @@ def test_gradients_of_objectives_are_finite_differences(objective: str) -> None:
 
 
 def test_a_descent_improves_on_what_it_begins_with() -> None:
-    honest = solved("depict(weight = 0.5)", 40, "search naive").score
-    found = solved("depict(weight = 0.5)", 40)
-    assert found.score > honest + 3
+    found = solved("depict(weight = 0.5)")
+    assert found.score > honest(noise=SearchPlan().noise) + 3
     assert found.finished
     scores = [c.score for c in found.candidates]
     assert len(scores) == 3
@@ -111,18 +132,28 @@ def test_a_descent_improves_on_what_it_begins_with() -> None:
 
 
 def test_the_same_seed_gives_the_same_script_and_others_others() -> None:
-    made = story("depict(weight = 0.5)", 20, SHORT)
+    made = story("depict(weight = 0.5)", LENGTH, SHORT.format(""))
     first, again, other = made.solve(0).script, made.solve(0).script, made.solve(1).script
     np.testing.assert_array_equal(first.trajectory.states, again.trajectory.states)
     assert np.abs(first.trajectory.states - other.trajectory.states).max() > 1e-3
 
 
-@pytest.mark.parametrize(("overlap", "lookahead"), [(0, 0), (0.5, 0), (0.5, 10), (0, 100)])
-@pytest.mark.parametrize("length", [1, 20, 33])
+@pytest.mark.parametrize(
+    ("length", "overlap", "lookahead"),
+    [
+        *((20, 0, 0), (20, 0, 100), (50, 0.5, 10)),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                *((1, 0, 0), (1, 0.5, 0), (1, 0.5, 10), (1, 0, 100)),
+                *((20, 0.5, 0), (20, 0.5, 10), (50, 0, 0), (50, 0.5, 0), (50, 0, 100)),
+            )
+        ),
+    ],
+)
 def test_windows_need_not_fit_the_story(length: int, overlap: float, lookahead: int) -> None:
     """Each stored state follows from the one before it and the residual, at every seam."""
-    line = f"""search descend(
-        seeds = 2, window = 20, steps = 2, overlap = {overlap}, lookahead = {lookahead})"""
+    line = WINDOWS.format(overlap, lookahead)
     script = solved("depict(weight = 0.5)", length, line).script
     path = script.trajectory
     assert path.actions.shape == (length, 6)
@@ -132,68 +163,76 @@ def test_windows_need_not_fit_the_story(length: int, overlap: float, lookahead: 
 
 
 def test_a_bound_is_kept() -> None:
-    line = "search descend(seeds = 2, window = 20, steps = 4, bound = 0.25)"
-    found = solved("depict(weight = 0.5)", 20, line)
-    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
+    found = solved("depict(weight = 0.5)", LENGTH, SHORT.format(", bound = 0.25"))
     for candidate in found.candidates:
         assert np.abs(candidate.trajectory.actions).max() <= 0.25 + 1e-6
-    assert found.score > honest
-    free = solved("depict(weight = 0.5)", 20)
+    assert found.score > honest()
+    free = solved("depict(weight = 0.5)")
     assert np.abs(free.script.trajectory.actions).max() > 0.25
 
 
-@pytest.mark.parametrize("optimiser", ["adam", "lbfgs", "ncg"])
+@pytest.mark.parametrize(
+    "optimiser", ["adam", *(pytest.param(o, marks=pytest.mark.slow) for o in ("lbfgs", "ncg"))]
+)
 def test_every_optimiser_descends(optimiser: str) -> None:
-    line = f"search descend(seeds = 2, window = 20, steps = 4, optimiser = {optimiser})"
-    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
-    assert solved("depict(weight = 0.5)", 20, line).score > honest
+    line = SHORT.format(f", optimiser = {optimiser}")
+    assert solved("depict(weight = 0.5)", LENGTH, line).score > honest()
 
 
 @pytest.mark.parametrize("damping", [0, 0.9])
 def test_damped_gradients_descend_too(damping: float) -> None:
-    line = f"search descend(seeds = 2, window = 20, steps = 6, damping = {damping})"
-    honest = solved("depict(weight = 0.5)", 20, "search naive(noise = 0)").score
-    assert solved("depict(weight = 0.5)", 20, line).score > honest
+    line = SHORT.format(f", damping = {damping}")
+    assert solved("depict(weight = 0.5)", LENGTH, line).score > honest()
+
+
+def lying(price: float, length: int, how: str) -> tuple[Script, ...]:
+    """Scripts of a hopper that loses its value as fast as it can, where a fall costs so much."""
+    low = f"-(sum_t (E[V(hopper) | script[:t]] + {price} * [fallen(hopper) @ script[t]]))"
+    line = f"search descend(window = 60, steps = 30, rate = 0.2, {how})"
+    return solved(low, length, line, weight=0.5).candidates
+
+
+def falls(script: Script) -> bool:
+    return float(script.query("max_t [fallen(hopper) @ script[t]]")) > 0
 
 
 def test_not_fallen_keeps_a_hopper_up() -> None:
     """Asked to lose its value as fast as it can, it lies down; not if that is forbidden."""
-    low = "minimize sum_t E[V(hopper) | script[:t]]"
-    how = "search descend(seeds = 4, window = 60, lookahead = 0, steps = 30, rate = 0.2)"
-    text = f"world hill(weight = 0.5)\nlength 120\n{low}\n{how}\n"
-    fell = "sum_t [fallen(hopper) @ script[t]]"
-    free = story_from(Source("free.story", text)).solve(0).candidates
-    kept = story_from(Source("kept.story", f"{text}minimize 20000 * {fell}\n")).solve(0).script
+    how = "seeds = 4, lookahead = 0"
     # Rollouts are chaotic: another machine has other falls.
-    assert any(script.query(fell) > 0 for script in free)
-    assert kept.query(fell) == 0
+    assert any(map(falls, lying(1e-6, 120, how)))
+    assert not falls(lying(20000, 120, how)[0])
+
+
+AHEAD = "search descend(seeds = 1, window = 10, overlap = 0, lookahead = {}, steps = 3)"
+LATE = "({} - 2) * sum_{{t in 16..20}} [progress(box) @ script[t]]"
 
 
 @pytest.mark.parametrize(("lookahead", "felt"), [(5, False), (6, True)])
 def test_a_window_feels_as_far_as_it_looks_ahead(lookahead: int, felt: bool) -> None:
     """Only frames 16 to 20 count: who does not see them has nothing to do in frames 1 to 10."""
-    how = f"search descend(seeds = 1, window = 10, overlap = 0, steps = 3, lookahead = {lookahead})"
-    aims = [f"({k} - 2) * sum_{{t in 16..20}} [progress(box) @ script[t]]" for k in (1, 3)]
-    forth, back = (solved(aim, 20, how).script.trajectory.actions for aim in aims)
+    forth, back = (
+        solved(LATE.format(k), 25, AHEAD.format(lookahead)).script.trajectory.actions
+        for k in (1, 3)
+    )
     assert np.abs(forth[10:] - back[10:]).max() > 0.01
     assert (np.abs(forth[:10] - back[:10]).max() > 0.01) == felt
 
 
+@pytest.mark.slow
 def test_looking_ahead_prevents_falls_that_are_beyond_the_window() -> None:
     """A hopper falls for longer than a window lasts; its value is least just before."""
-    low = "-(sum_t (E[V(hopper) | script[:t]] + 20000 * [fallen(hopper) @ script[t]]))"
-    how = "search descend(seeds = 6, window = 60, overlap = 0, steps = 30, rate = 0.2{})"
-
-    def fallen(more: str) -> int:
-        found = solved(low, 180, how.format(more), weight=0.5).candidates
-        return sum(float(c.query("max_t [fallen(hopper) @ script[t]]")) > 0 for c in found)
-
+    how = "seeds = 6, overlap = 0"
+    fallen = lambda more: sum(map(falls, lying(20000, 180, how + more)))
     assert fallen("") < fallen(", lookahead = 0")
 
 
-def test_an_average_of_observers_is_descended_on() -> None:
+@pytest.mark.parametrize(
+    "search", ["search naive", pytest.param(SHORT.format(""), marks=pytest.mark.slow)]
+)
+def test_an_average_of_observers_is_descended_on(search: str) -> None:
     how = "audience average(bayesian(controller = 1), bayesian(controller = 3, sigma = 2))"
-    script = solved("depict(weight = 0.5)", 20, SHORT, how).script
+    script = solved("depict(weight = 0.5)", 20, search, how).script
     assert script.frames.belief.shape == (21, 2, 2)
     both = np.exp(script.frames.belief[:, :, 1]).mean(1)
     np.testing.assert_allclose(script.query("P(weight = 0.5 | script[:t])"), both, atol=1e-9)
@@ -201,7 +240,7 @@ def test_an_average_of_observers_is_descended_on() -> None:
 
 def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
     """The windows that are done, and then the controller's own motion."""
-    made = story("depict(weight = 0.5)", 60, "search descend(seeds = 2, window = 20, overlap = 0)")
+    made = story(LATE.format(1), 25, AHEAD.format(6))
 
     def report(done: int, total: int) -> None:
         if done == 2:
@@ -210,12 +249,12 @@ def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> No
     found = made.solve(0, watch=Watch(searching=report))
     assert not found.finished
     actions = found.script.trajectory.actions
-    assert len(actions) == 60
-    assert np.abs(actions[:40]).max() > 0
-    np.testing.assert_array_equal(actions[40:], 0)
+    assert len(actions) == 25
+    assert np.abs(actions[:20]).max() > 0
+    np.testing.assert_array_equal(actions[20:], 0)
 
-    text = "search descend(seeds = 2, window = 20, overlap = 0.5)"
-    found = story("depict(weight = 0.5)", 60, text).solve(0, watch=Watch(searching=report))
+    overlapping = story("depict(weight = 0.5)", 50, WINDOWS.format(0.5, 10))
+    found = overlapping.solve(0, watch=Watch(searching=report))
     actions = found.script.trajectory.actions
     assert np.abs(actions[20:30]).max() > 0, "the second half of the last window is kept too"
     np.testing.assert_array_equal(actions[30:], 0)
@@ -229,19 +268,18 @@ def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> No
         made.solve(0)
 
 
+ROOT = "sum_t max(0, P(weight = 0.5 | script[:t]) - 0.999) ^ {} + depict(weight = 0.5)"
+
+
 def test_an_objective_without_a_value_is_an_error() -> None:
     with pytest.raises(StoryError, match="no finite value"):
-        solved("sum_t log(P(weight = 0.5 | script[:t]) - 2)", 5)
+        solved(ROOT.format(-1), 20, DESCENT)
 
 
 def test_gradients_that_are_not_finite_are_left_out_and_said() -> None:
-    """sqrt has no derivative at 0, where all seeds begin."""
+    """A root has no derivative at 0, where all seeds begin."""
     said: list[str] = []
-    made = story(
-        "sum_t sqrt(max(0, P(weight = 0.5 | script[:t]) - 0.999)) + depict(weight = 0.5)",
-        20,
-        "search descend(seeds = 2, window = 20, steps = 3)",
-    )
+    made = story(ROOT.format(0.5), 20, DESCENT)
     found = made.solve(0, watch=Watch(say=said.append))
     assert np.isfinite(found.score)
     assert any("were not finite" in message for message in said)
@@ -279,7 +317,7 @@ def test_the_best_point_is_kept() -> None:
 
 def test_the_best_point_in_the_box_is_kept() -> None:
     """Accelerated steps lead uphill on a rugged loss; never the result."""
-    for phase in range(8):
+    for phase in range(examples(16)):
 
         def loss(x: jax.Array) -> jax.Array:
             return (x**2).sum() + 2 * jnp.sin(9 * x + phase).sum()  # noqa: B023
@@ -309,13 +347,13 @@ def test_what_is_too_much_at_once_is_refused() -> None:
 
 
 def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    how = "search descend(seeds = 2, window = 10, steps = 3)"
-    usual = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
+    how = DESCENT
+    usual = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
     monkeypatch.setattr(descent, "REMEMBERED_FRAMES", 1)
     monkeypatch.setattr(
         descent, "compiled_program", lambda key, f, *_: Program(jax.jit(f), "again", True)
     )
-    again = solved("depict(weight = 0.5)", 10, how).script.trajectory.states
+    again = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
     np.testing.assert_allclose(usual, again, atol=1e-3)
 
 
@@ -336,8 +374,8 @@ def test_tables_in_single_precision_are_the_same_world() -> None:
     assert all(np.isfinite(a).all() for a in jax.tree.leaves(prepared(world, compiled)))
 
 
-def test_stories_of_one_shape_share_a_program(tmp_path: Path) -> None:
-    before = len(programs._memory)
+def test_stories_of_one_shape_share_a_program() -> None:
+    programs._memory.clear()
     for weight in ("0.1", "0.5"):
-        solved(f"depict(weight = {weight})", 7, "search descend(seeds = 2, window = 7, steps = 2)")
-    assert len(programs._memory) == before + 1
+        solved(f"depict(weight = {weight})", 20, DESCENT)
+    assert len(programs._memory) == 1

@@ -53,15 +53,15 @@ def test_a_descent_goes_on_from_a_script() -> None:
 
 
 def test_what_is_missing_can_be_less_than_a_window() -> None:
-    made = story(HILL, 12)
+    made = story(HILL, 30)
     world = made.world()
     assert isinstance(world, HillWorld)
     honest = made.solve(naive=True).script.trajectory
-    path = Trajectory(honest.actions[:10], honest.states[:11])
+    path = Trajectory(honest.actions[:28], honest.states[:29])
     objective = story_objective(made.typed, world)
-    for frames in (1, 2, 5):  # the story ends at 12
-        found = descents(world, objective, 12, made.typed.search, path, frames)
-        assert {len(longer.actions) for longer, _ in found} == {min(12, 10 + frames)}
+    for frames in (1, 2, 5):  # the story ends at 30
+        found = descents(world, objective, 30, made.typed.search, path, frames)
+        assert {len(longer.actions) for longer, _ in found} == {min(30, 28 + frames)}
 
 
 def test_two_frames_on_a_map_are_the_best_of_all_pairs() -> None:

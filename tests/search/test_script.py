@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
+from fuzz_for_tests import examples
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.pipeline import script_from
 from i2pdsl.scripts import make_record
@@ -322,7 +323,7 @@ JUNK = st.recursive(
 )  # fmt: skip
 
 
-@hypothesis_settings(max_examples=300, deadline=None)
+@hypothesis_settings(max_examples=examples(300), deadline=None)
 @given(st.sampled_from(PLACES), JUNK)
 def test_junk_anywhere_is_a_story_error_or_fine(path: tuple[Any, ...], junk: Any) -> None:
     content = changed(*path, to=junk)
@@ -353,7 +354,7 @@ def test_any_characters_changed() -> None:
         "\\ud800",
         "\\",
     ]
-    for _ in range(150):
+    for _ in range(examples(150)):
         text = good
         for _ in range(random.randint(1, 3)):
             at, end = sorted(random.choices(range(len(text)), k=2))
