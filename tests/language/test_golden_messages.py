@@ -23,6 +23,7 @@ from i2pdsl.language.parse import parse
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.grid.parse import parse_world as parse_grid
 from i2pdsl.worlds.kinds import parse_world
 
 ROOT = Path(__file__).parents[2]
@@ -33,13 +34,23 @@ CASES = sorted(
     for path in FOLDER.iterdir()
     if path.suffix in (".story", ".world", ".query") and path.name not in HELPERS
 )
-READERS = (check_source, check_query, read_source, parse_world)  # whose messages are golden
+# Whose messages are golden.
+READERS = (check_source, check_query, read_source, parse_world, parse_grid)
+    check_source,
+    check_query,
+    read_source,
+    parse_world,
+    parse_grid,
+)  # whose messages are golden
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
 # Codes that have their own tests; a library's is shown at the import.
 ELSEWHERE = {
     "set": "tests of `i2p run --set`",
     "library": "tests/library/test_read.py",
     "too-many": "test_speed_of_checking.py",
+    "no-plan": "tests/test_cli_hill.py",
+    "no-training": "tests/test_cli_hill.py",
+    "command": "tests/repl",
 }
 
 
