@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.errors import display_width, padded
-from i2pdsl.language import typed as ty
-from i2pdsl.language.vocabulary import UNKNOWN, Vocabulary, show_value
+from i2pdsl.language.vocabulary import UNKNOWN
 
 if TYPE_CHECKING:
     import pandas
@@ -108,13 +107,3 @@ def number(value: float | np.ndarray) -> str:
     if math.isnan(value):
         return "undefined"
     return f"{value:.6g}" if math.isfinite(value) else "infinite" if value > 0 else "-infinite"
-
-
-def latent_of(partition: ty.Partition, vocabulary: Vocabulary) -> str | None:
-    """The name of the latent by whose values a query's distribution parts the hypotheses."""
-    told = [partition.labels[index] for index in partition.index]
-    for name in vocabulary.latents:
-        rows = vocabulary.hypotheses
-        if told == [show_value(row[name]) if name in row else UNKNOWN for row in rows]:
-            return name
-    return None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.answers import Answer, latent_of
+from i2pdsl.answers import Answer
 from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import (
     Diagnostic,
@@ -160,14 +160,14 @@ class Script:
             found = evaluate(self.world, self.frames, query.value, query.times)
         value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
         times = None if query.times is None else list(query.times)
-        if not isinstance(query.value, ty.Distribution):
+        labels = query.value.labels if isinstance(query.value, ty.Belief) else None
+        if labels is None:
             steps = bool(((value == 0) | (value == 1)).all()) and any(
                 isinstance(node, ty.Feature) for node in ty.walk(query.value)
             )
             return Answer(times, value, None, None, steps=steps)
-        partition = query.value.partition
-        name = latent_of(partition, self.world.vocabulary)
-        return Answer(times, value[..., :-1], partition.labels[:-1], value[..., -1], latent=name)
+        names = labels.values[:-1]
+        return Answer(times, value[..., :-1], names, value[..., -1], latent=labels.name)
 
     def to_pandas(
         self, *expressions: str, assume: str | None = None, **named: str

@@ -7,22 +7,15 @@ from dataclasses import dataclass, field
 
 from lark import Token
 
+from i2pdsl.language.forms import BY_TERMINAL
+
 OPERAND_ENDS = frozenset(
     ("NAME", "NUMBER", "STRING", "SCRIPT_KW", "T_VAR", "T_END", "RPAR", "RSQB", "RBRACE")
 )
 COMPARISONS = frozenset(("LT", "LE", "EQ", "NE", "GE", "GT"))
 _REDUCTIONS = ("BIG_T", "BIG_RANGE")
 _ENDS_SUM = COMPARISONS | {"IN_KW", "AND_KW", "OR_KW", "THEN_KW", "ELSE_KW", "PLUSPLUS"}
-_FORMS = {
-    "P_KW": "P",
-    "E_KW": "E",
-    "V_KW": "V",
-    "KL_KW": "KL",
-    "ENTROPY_KW": "entropy",
-    "SURPRISE_KW": "surprise",
-    "SUSPENSE_KW": "suspense",
-    "LAST_KW": "last",
-}
+_FORMS = (*BY_TERMINAL, "LAST_KW")
 _SEPARATORS = ("COMMA", "SEMI", "BAR", "DBAR", "AT", "COLON", "RANGE")
 _SETTINGS = {"WORLD_KW": "world", "AUDIENCE_KW": "audience", "SEARCH_KW": "search"}
 
@@ -131,7 +124,7 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
     if token.type == "LBRACE":
         return Enclosure("set", _compared(top.part))
     if last in _FORMS:
-        return Enclosure(_FORMS[last])
+        return Enclosure(str(before))
     if token.type == "LSQB":
         if last == "PLUSPLUS":
             return Enclosure("turn")

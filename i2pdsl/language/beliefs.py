@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
 from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypotheses, is_pure
+from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
@@ -90,42 +92,86 @@ class Beliefs(Frames):
     def rational_rows(self, *latents: str) -> ty.Mask:
         return tuple(all(row.get(x) for x in latents) for row in self.world.hypotheses)
 
-    def refuse_without_script(
-        self,
-        what: str,
-        node: ast.Node,
-        operand: ast.Expr,
-        given: tuple[ast.Expr, ...],
-        env: Env,
-        form: str,
-    ) -> None:
-        """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
-        if given:
-            return
-        missing = f"{what} without a script"
-        if self.is_script(operand, env):
-            missing = f"{what} of what? only the script is given"
-        raise self.fail("no-script", missing, node.span, env, f"write `{form}`")
-
-    def on_probability(self, node: ast.Probability, env: Env) -> Item:
-        form = "P(EVENT | script[:t])"
-        self.refuse_without_script("a probability", node, node.event, node.given, env, form)
-        latent = self.latent_named(node.event, env)
-        if latent is not None and latent.kind != "truth":
-            if not self.query:
-                message = f"this is a distribution over the values of `{latent.name}`, not a number"
-                hint = f"ask for an event: `{latent.name} = {show_value(latent.values[0])}`"
-                raise self.blame("distribution", message, node.event, env, hint)
-            given = self.given(node.given, node, env, form)
-            return Item("symbol", ty.Distribution(self.partition(latent), given), latent)
-        event, given = self.both(
-            lambda: self.mask(node.event, env, "event"),
-            lambda: self.given(node.given, node, env, form),
+    def on_form(self, node: ast.Form, env: Env) -> Item:
+        """A form about beliefs, by what the table says of it."""
+        form = node.kind
+        if form.shape is HIDDEN:
+            return self.hidden_value(node, env)
+        self.refuse_without_script(form, node, env)
+        if form.looks_ahead and not self.world.enumerable:
+            message = f"{form.looks_ahead}, which needs actions that can be listed"
+            raise self.fail("world", message, node.span, env)
+        latent = self.tabulated(form, node, env)
+        if latent is not None:
+            partition = self.partition(latent)
+            labels = ty.Labels(latent.name, partition.labels)
+            (given,) = self.givens(form, node, env)
+            return Item("symbol", ty.Belief(form.name, partition, (given,), labels), latent)
+        about, givens = self.both(
+            lambda: self.about(form, node, env), lambda: self.givens(form, node, env)
         )
-        self.check_certain(event, given.mask, node, env)
-        return Item("number", ty.Probability(event, given))
+        if form.about == "event":
+            self.check_certain(about, givens[0].mask, node, env)
+        elif form.about == "quantity":
+            about, mask = self.expected(about, givens[0].mask, node.about[0], env)
+            givens = (ty.Given(givens[0].moment, mask),)
+        return Item("number", ty.Belief(form.name, about, givens))
 
-    def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Probability, env: Env) -> None:
+    def refuse_without_script(self, form: Form, node: ast.Form, env: Env) -> None:
+        """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
+        missing = f"{form.called} without a script"
+        if form.shape is APART:
+            if len(node.given) > 1:
+                return
+            message = f"{form.called} is between two beliefs, here is one script"
+            raise self.fail("divergence", message, node.span, env, _write(form))
+        if form.shape is UNSURE:
+            if node.about or any(self.is_script(g, env) for g in node.given):
+                return
+        elif node.given:
+            return
+        elif self.is_script(node.about[0], env):
+            missing = f"{form.called} of what? only the script is given"
+        raise self.fail("no-script", missing, node.span, env, _write(form))
+
+    def tabulated(self, form: Form, node: ast.Form, env: Env) -> Latent | None:
+        """The latent of whose values a form makes a table, where it stands in place of an event."""
+        if not form.tabulates:
+            return None
+        latent = self.latent_named(node.about[0], env)
+        if latent is None or latent.kind == "truth":
+            return None
+        if not self.query:
+            message = f"this is a distribution over the values of `{latent.name}`, not a number"
+            hint = f"ask for an event: `{latent.name} = {show_value(latent.values[0])}`"
+            raise self.blame("distribution", message, node.about[0], env, hint)
+        return latent
+
+    def about(self, form: Form, node: ast.Form, env: Env) -> Any:
+        """What a form is about: a mask, a partition, a quantity, or None for everything."""
+        if not node.about:
+            return None
+        operand = node.about[0]
+        if form.about == "event":
+            return self.mask(operand, env, "event")
+        if form.about == "latent":
+            return self.partition(self.latent(operand, env))
+        if env.inside:
+            return ty.Constant(0.0)  # `given` refuses a belief here
+        return self.number(operand, replace(env, inside="quantity"))
+
+    def givens(self, form: Form, node: ast.Form, env: Env) -> tuple[ty.Given, ...]:
+        """What a form is conditioned on: one script, or two."""
+        kind = "frame" if form.asks_frame else "prefix"
+        if form.shape is not APART:
+            return (self.given(node.given, node, env, form.written, kind),)
+        first, second, *conditions = node.given
+        return self.both(
+            lambda: self.given((first, *conditions), node, env, form.written),
+            lambda: self.given((second, *conditions), node, env, form.written),
+        )
+
+    def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
         """Warns where a probability is 0 or 1 whatever happens."""
         under = {e for e, m in zip(event, mask, strict=True) if m}
         if len(under) > 1:
@@ -135,20 +181,14 @@ class Beliefs(Frames):
         if len(by_assumption) == 1 and len(set(event)) > 1 and self.assumes_rationality:
             hint = _DROP
         message = f"this probability is always {int(under.pop())}, whatever happens"
-        is_argument = isinstance(node.event, ast.Name) and node.event.id in env.names
-        self.warn("certain", message, node.event if is_argument else node, env, hint)
+        operand = node.about[0]
+        is_argument = isinstance(operand, ast.Name) and operand.id in env.names
+        self.warn("certain", message, operand if is_argument else node, env, hint)
 
-    def on_expectation(self, node: ast.Expectation, env: Env) -> Item:
-        form = "E[QUANTITY | script[:t]]"
-        self.refuse_without_script("an expectation", node, node.quantity, node.given, env, form)
-
-        def quantity() -> ty.Typed:
-            if env.inside:
-                return ty.Constant(0.0)  # `given` refuses a belief here
-            return self.number(node.quantity, replace(env, inside="quantity"))
-
-        value, given = self.both(quantity, lambda: self.given(node.given, node, env, form))
-        mask = given.mask
+    def expected(
+        self, value: ty.Typed, mask: ty.Mask, node: ast.Expr, env: Env
+    ) -> tuple[ty.Typed, ty.Mask]:
+        """A quantity by hypotheses, and the mask of those of them under which it means anything."""
         for part in ty.walk(value):
             if isinstance(part, ty.ValueAt):
                 rational = self.world.rational.get(self.world.characters[part.who])
@@ -159,19 +199,18 @@ class Beliefs(Frames):
         if not self.can_hold(mask):
             message = "under these conditions no hypothesis gives this quantity a value"
             hint = UNTHINKABLE if any(mask) else None
-            raise self.blame("impossible", message, node.quantity, env, hint)
+            raise self.blame("impossible", message, node, env, hint)
         try:
-            value = fold_hypotheses(value, self.world.hypotheses, mask)
+            return fold_hypotheses(value, self.world.hypotheses, mask), mask
         except NotFiniteError as problem:
-            raise self.not_finite(problem, node.quantity, env) from None
-        return Item("number", ty.Expectation(value, ty.Given(given.moment, mask)))
+            raise self.not_finite(problem, node, env) from None
 
-    def on_valueof(self, node: ast.ValueOf, env: Env) -> Item:
+    def hidden_value(self, node: ast.Form, env: Env) -> Item:
         if env.inside != "quantity":
             message = f"`{shorten(node.span.text)}` depends on what is hidden from the viewers"
             hint = "take the viewers' expectation: `E[V(who) | script[:t]]`"
             raise self.fail("value", message, node.span, env, hint)
-        return Item("number", ty.ValueAt(self.character(node.who, env)))
+        return Item("number", ty.ValueAt(self.character(node.about[0], env)))
 
     def partition(self, latent: Latent) -> ty.Partition:
         """Which value of the latent each hypothesis has; the last label is `unknown`."""
@@ -194,51 +233,9 @@ class Beliefs(Frames):
             raise self.blame("latent", "expected the name of a latent", node, env, hint)
         return latent
 
-    def on_divergence(self, node: ast.Divergence, env: Env) -> Item:
-        form = "KL(script[:t-1] || script[:t])"
-        if not node.given:
-            message = "a divergence is between two beliefs, here is one script"
-            raise self.fail("divergence", message, node.span, env, f"write `{form}`")
-        conditions = node.given[1:]
-        partition, (first, second) = self.both(
-            lambda: self.optional_partition(node.latent, env),
-            lambda: self.both(
-                lambda: self.given((node.first, *conditions), node, env, form),
-                lambda: self.given(node.given, node, env, form),
-            ),
-        )
-        return Item("number", ty.Divergence(partition, first, second))
 
-    def on_entropy(self, node: ast.Entropy, env: Env) -> Item:
-        form = "entropy(LATENT | script[:t])"
-        if node.latent is None and not any(self.is_script(g, env) for g in node.given):
-            message = "an entropy without a script"
-            raise self.fail("no-script", message, node.span, env, f"write `{form}`")
-        partition, given = self.both(
-            lambda: self.optional_partition(node.latent, env),
-            lambda: self.given(node.given, node, env, form),
-        )
-        return Item("number", ty.Entropy(partition, given))
-
-    def optional_partition(self, node: ast.Expr | None, env: Env) -> ty.Partition | None:
-        """The partition by a latent; None for the whole hypothesis."""
-        return None if node is None else self.partition(self.latent(node, env))
-
-    def on_surprise(self, node: ast.Surprise, env: Env) -> Item:
-        given = self.given((node.frame,), node, env, "surprise(script[t])", "frame")
-        return Item("number", ty.Surprise(given))
-
-    def on_suspense(self, node: ast.Suspense, env: Env) -> Item:
-        form = "suspense(LATENT | script[:t])"
-        self.refuse_without_script("suspense", node, node.latent, node.given, env, form)
-        if not self.world.enumerable:
-            message = "suspense looks one frame ahead, which needs actions that can be listed"
-            raise self.fail("world", message, node.span, env)
-        partition, given = self.both(
-            lambda: self.partition(self.latent(node.latent, env)),
-            lambda: self.given(node.given, node, env, form),
-        )
-        return Item("number", ty.Suspense(partition, given))
+def _write(form: Form) -> str:
+    return f"write `{form.written}`"
 
 
 def _both(a: ty.Mask, b: ty.Mask) -> ty.Mask:

@@ -9,6 +9,7 @@ from lark import Token
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
+from i2pdsl.language.forms import ABOUT, BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
@@ -45,10 +46,8 @@ _OPERATORS = frozenset(
     ("PLUS", "MINUS", "STAR", "SLASH", "CARET", "LT", "LE", "NE", "GE", "GT", "AND_KW", "OR_KW")
 )
 _OPERANDS = frozenset(
-    ("NAME", "NUMBER", "STRING", "T_VAR", "T_END", "SCRIPT_KW", "LAST_KW", "P_KW", "E_KW", "V_KW")
-) | frozenset(
-    ("KL_KW", "ENTROPY_KW", "SURPRISE_KW", "SUSPENSE_KW", "BIG_T", "BIG_OPEN", "LPAR", "LBRACE")
-)
+    ("NAME", "NUMBER", "STRING", "T_VAR", "T_END", "SCRIPT_KW", "LAST_KW", "BIG_T", "BIG_OPEN")
+) | {"LPAR", "LBRACE", *BY_TERMINAL}
 _EXAMPLES = {
     "world": "world kitchen",
     "length": "length 15",
@@ -173,10 +172,9 @@ def _hint(
         if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
             return "write `KL(latent; script[:a] || script[:b])`"
         return "two beliefs are compared with `||`: `KL(script[:a] || script[:b])`"
-    if token.type == "COMMA" and opener in ("P", "E", "suspense"):
-        return f"the script stands behind a bar: `{opener}(... | script[:t])`".replace(
-            "E(... | script[:t])", "E[... | script[:t]]"
-        )
+    form = BY_NAME.get(opener)
+    if token.type == "COMMA" and form is not None and form.shape in (ABOUT, EXPECTED):
+        return f"the script stands behind a bar: `{form.shape.written(opener, '...')}`"
     if token.type == "BAR" and opener in ("p", "pr", "Pr", "prob", "probability"):
         return "probabilities are written with a capital letter: `P(event | script[:t])`"
     if token.type == "BAR" and opener == "e":

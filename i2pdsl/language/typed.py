@@ -167,18 +167,6 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Probability:
-    """P(event | given)."""
-
-    event: Mask
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
 class ValueAt:
     """V(who) at the state that the script of the enclosing expectation ends in."""
 
@@ -195,15 +183,11 @@ class PerHypothesis:
 
 
 @dataclass(frozen=True)
-class Expectation:
-    """E[quantity | given]; `given.mask` already excludes where the quantity means nothing."""
+class Labels:
+    """What an axis of a table is called, and its values' names."""
 
-    quantity: Typed
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return Axes(False, self.quantity.axes.time or self.given.axes.time)
+    name: str
+    values: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -215,57 +199,26 @@ class Partition:
 
 
 @dataclass(frozen=True)
-class Divergence:
-    """KL(first || second), of the whole belief or of one latent's marginal."""
+class Belief:
+    """A form about what viewers believe; `form` is its name in the table of forms.
 
-    partition: Partition | None
-    first: Given
-    second: Given
+    Attributes:
+        about: an event's mask, a partition, a quantity, the number of a character, or None.
+        given: what it is conditioned on; of a divergence the first and the second belief. For an
+            expectation the mask excludes already where the quantity means nothing.
+        labels: of a table its axis: what it is called and its values' names; None for a number.
+    """
 
-    @property
+    form: str
+    about: Any
+    given: tuple[Given, ...]
+    labels: Labels | None = None
+
+    @cached_property
     def axes(self) -> Axes:
-        return self.first.axes | self.second.axes
-
-
-@dataclass(frozen=True)
-class Entropy:
-    partition: Partition | None
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Surprise:
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Suspense:
-    partition: Partition
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A bare latent: the probabilities of all its values. For queries only."""
-
-    partition: Partition
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
+        """The axes of its scripts and of a quantity, without the hypotheses'."""
+        parts = (*self.given, *([self.about] if hasattr(self.about, "axes") else []))
+        return Axes(False, any(part.axes.time for part in parts))
 
 
 @dataclass(frozen=True)
@@ -303,15 +256,9 @@ Typed = (
     | Symbol
     | Apply
     | Points
-    | Probability
     | ValueAt
     | PerHypothesis
-    | Expectation
-    | Divergence
-    | Entropy
-    | Surprise
-    | Suspense
-    | Distribution
+    | Belief
     | Feature
     | Reduction
 )
