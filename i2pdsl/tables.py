@@ -40,13 +40,18 @@ def _name(answer: Answer) -> str | None:
 
 
 def answer_to_pandas(answer: Answer) -> pandas.Series | pandas.DataFrame:
-    """A Series, or a DataFrame for a latent over t; rows are frames where there are any."""
+    """A Series, or a DataFrame for latents over t; rows are frames where there are any."""
     pd = _library("pandas")
     columns, name = answer.columns(), _name(answer)
-    if answer.labels is None:
+    if answer.axes:
+        axes, _ = answer.present()
+        levels = [axis.values for axis in axes]
+        labels = pd.MultiIndex.from_product(levels, names=[axis.name for axis in axes])
+    elif answer.labels is None:
         rows = None if answer.t is None else pd.Index(answer.t, name=FRAMES)
         return pd.Series(np.atleast_1d(answer.value), index=rows, name=name)
-    labels = pd.Index(list(columns), name=answer.latent)
+    else:
+        labels = pd.Index(list(columns), name=answer.latent)
     table = np.stack(list(columns.values()), axis=-1)
     if answer.t is None:
         return pd.Series(table, index=labels, name=name)
@@ -54,11 +59,14 @@ def answer_to_pandas(answer: Answer) -> pandas.Series | pandas.DataFrame:
 
 
 def answer_to_xarray(answer: Answer) -> xarray.DataArray:
-    """A DataArray with those of the dimensions (t, latent) that the answer has."""
+    """A DataArray with those of the dimensions (t, latent, latent...) that the answer has."""
     xr = _library("xarray")
     coordinates: dict[str, Any] = {} if answer.t is None else {FRAMES: answer.t}
     values = answer.value
-    if answer.labels is not None:
+    if answer.axes:
+        axes, values = answer.present()
+        coordinates |= {axis.name: list(axis.values) for axis in axes}
+    elif answer.labels is not None:
         columns = answer.columns()
         coordinates[answer.latent or "latent"] = list(columns)
         values = np.stack(list(columns.values()), axis=-1)
@@ -72,8 +80,8 @@ def beliefs_table(
     """Several questions side by side, a row for each frame 0..T.
 
     A column is called as it was asked, or by its keyword. A bare latent fills one column for each
-    of its values (`G_robot = pink`), a number without a free t the same number in every row, and
-    what begins at frame 1 has no value at frame 0.
+    of its values (`G_robot = pink`), several latents one for each combination, a number without a
+    free t the same number in every row, and what begins at frame 1 has no value at frame 0.
     """
     pd = _library("pandas")
     frames = pd.RangeIndex(script.length + 1, name=FRAMES)
@@ -82,7 +90,9 @@ def beliefs_table(
     for name, expression in questions:
         answer = script.ask(expression, assume)
         for column, values in answer.columns().items():
-            if answer.labels is None:
+            if answer.axes:
+                column = f"{name}: {column}" if name else column
+            elif answer.labels is None:
                 column = name or column
             else:
                 column = f"{name or answer.latent} = {column}"

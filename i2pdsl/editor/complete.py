@@ -20,7 +20,7 @@ from i2pdsl.editor.surroundings import Surroundings, surroundings
 from i2pdsl.editor.words import explanation, spellings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS, ONCE, STATEMENT_WORDS
-from i2pdsl.language.forms import BY_TERMINAL, EXPECTED, HIDDEN
+from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED, HIDDEN
 
 __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surroundings"]
 
@@ -178,10 +178,15 @@ def _operands(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterator[Off
     chosen = (fitting & accepts) - _NO_SENSE_BEGINNING
     if "RPAR" in accepts and _may_be_empty(place):
         chosen |= {"RPAR"}
-    words = list(_terminals(chosen))
+    words = [w for w in _terminals(chosen) if not (place.keyword and _is_table(w.text))]
     yield from (w for w in words if w.kind not in _LAST)
     yield from functions_at(slot)
     yield from (w for w in words if w.kind in _LAST)
+
+
+def _is_table(word: str) -> bool:
+    """Whether a word is a form that only a query can ask for."""
+    return word in BY_NAME and BY_NAME[word].is_table
 
 
 def _may_be_empty(place: Place) -> bool:

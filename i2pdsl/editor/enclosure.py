@@ -32,6 +32,7 @@ class Enclosure:
         part: the tokens of the part at hand; closed brackets stand in it as their last token.
         given: all tokens since the bar, with those inside round brackets.
         parts: the parts before, each as its tokens.
+        barred: whether a bar stands before.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Enclosure:
     part: list[Token] = field(default_factory=list)
     given: list[Token] = field(default_factory=list)
     parts: list[list[Token]] = field(default_factory=list)
+    barred: bool = False
 
     @property
     def argument(self) -> str:
@@ -100,6 +102,7 @@ def enclosures(tokens: Iterable[Token], expression: bool) -> list[Enclosure]:
         elif token.type in _SEPARATORS and not _inside_move(top, token):
             top.parts.append(top.part)
             top.part, top.separator = [], token.type
+            top.barred = top.barred or token.type in ("BAR", "DBAR")
             if token.type in ("BAR", "SEMI", "DBAR", "AT"):
                 top.given = []
         elif not top.name and top.kind == "statement":

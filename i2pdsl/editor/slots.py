@@ -10,7 +10,7 @@ from i2pdsl.editor.enclosure import COMPARISONS, Enclosure, argument_name
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.forms import APART, BY_NAME, UNSURE
+from i2pdsl.language.forms import ABOUT, APART, BY_NAME, UNSURE
 from i2pdsl.language.kinds import parameter_kinds
 from i2pdsl.language.scope import Module
 
@@ -154,7 +154,7 @@ class Place:
             case "settings":
                 return self._of_setting(enclosure)
             case "index":
-                return Slot("index")
+                return Slot("character" if enclosure.separator == "COMMA" else "index")
             case "range":
                 return Slot("index" if enclosure.separator or enclosure.part else "nothing")
             case "holds":
@@ -169,6 +169,8 @@ class Place:
             # `entropy(script[:t], ...)` has no bar.
             given = [*enclosure.given, *(t for p in enclosure.parts for t in p)]
             form = BY_NAME.get(enclosure.kind)
+            if form is not None and form.shape is ABOUT and not enclosure.barred:
+                return Slot("latent" if form.tabulates and not form.is_table else "nothing")
             apart = form is not None and form.shape is APART
             seen = apart or any(map(self.is_script, given))
             return Slot("event" if seen else "script or event")

@@ -63,10 +63,11 @@ class SetOf(Node):
 
 @dataclass(frozen=True, slots=True)
 class Prefix(Node):
-    """`script[:end]`."""
+    """`script[:end]`, or `script[:end, until]`: of the last frame only up to someone's action."""
 
     script: Expr
     end: Expr
+    until: Expr | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from i2pdsl.errors import closest, shorten
@@ -16,6 +18,7 @@ from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
+MOST_CELLS = 10_000  # of a table of several latents
 UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
 
@@ -101,12 +104,8 @@ class Beliefs(Frames):
         if form.looks_ahead and not self.world.enumerable:
             message = f"{form.looks_ahead}, which needs actions that can be listed"
             raise self.fail("world", message, node.span, env)
-        latent = self.tabulated(form, node, env)
-        if latent is not None:
-            partition = self.partition(latent)
-            labels = ty.Labels(latent.name, partition.labels)
-            (given,) = self.givens(form, node, env)
-            return Item("symbol", ty.Belief(form.name, partition, (given,), labels), latent)
+        if self.is_tabulated(form, node, env):
+            return self.table(form, node, env)
         about, givens = self.both(
             lambda: self.about(form, node, env), lambda: self.givens(form, node, env)
         )
@@ -115,7 +114,21 @@ class Beliefs(Frames):
         elif form.about == "quantity":
             about, mask = self.expected(about, givens[0].mask, node.about[0], env)
             givens = (ty.Given(givens[0].moment, mask),)
+        self.check_whole_frame(form, about, givens, node, env)
         return Item("number", ty.Belief(form.name, about, givens))
+
+    def check_whole_frame(
+        self, form: Form, about: Any, givens: tuple[ty.Given, ...], node: ast.Form, env: Env
+    ) -> None:
+        """What asks for the state after the given frames cannot be asked in the midst of one."""
+        if all(given.moment.seen is None for given in givens):
+            return
+        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(about))
+        if form.looks_ahead or values:
+            what = f"`{form.name}`" if form.looks_ahead else "`V`"
+            message = f"{what} needs the end of a frame, here someone has yet to act"
+            hint = "leave out who acted last: `script[:t]`"
+            raise self.fail("index", message, node.span, env, hint)
 
     def refuse_without_script(self, form: Form, node: ast.Form, env: Env) -> None:
         """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
@@ -134,18 +147,62 @@ class Beliefs(Frames):
             missing = f"{form.called} of what? only the script is given"
         raise self.fail("no-script", missing, node.span, env, _write(form))
 
-    def tabulated(self, form: Form, node: ast.Form, env: Env) -> Latent | None:
-        """The latent of whose values a form makes a table, where it stands in place of an event."""
-        if not form.tabulates:
-            return None
+    def is_tabulated(self, form: Form, node: ast.Form, env: Env) -> bool:
+        """Whether a form makes a table: of a latent or several, or of a character's actions."""
+        if len(node.about) > 1 and not (form.tabulates and form.about == "event"):
+            message = f"`{form.name}` is about one {form.about}"
+            hint = _write(form)
+            raise self.fail("arguments", message, node.about[1].span, env, hint)
+        if not form.tabulates or form.is_table or len(node.about) > 1:
+            return form.tabulates
         latent = self.latent_named(node.about[0], env)
-        if latent is None or latent.kind == "truth":
-            return None
+        return latent is not None and latent.kind != "truth"
+
+    def table(self, form: Form, node: ast.Form, env: Env) -> Item:
+        """A form that is a table of probabilities, for queries only."""
+        about, labels, latents = self.axes(form, node, env)
         if not self.query:
-            message = f"this is a distribution over the values of `{latent.name}`, not a number"
-            hint = f"ask for an event: `{latent.name} = {show_value(latent.values[0])}`"
+            over = "actions" if form.is_table else "values"
+            told = " and ".join(f"`{axis.name}`" for axis in labels)
+            message = f"this is a distribution over the {over} of {told}, not a number"
+            hint = "only a query can ask for it"
+            if latents:
+                events = (f"{x.name} = {show_value(x.values[0])}" for x in latents)
+                hint = f"ask for an event: `{' and '.join(events)}`"
             raise self.blame("distribution", message, node.about[0], env, hint)
-        return latent
+        givens = self.givens(form, node, env)
+        self.check_whole_frame(form, None, givens, node, env)
+        value = ty.Belief(form.name, about, givens, labels)
+        if len(latents) == 1:
+            return Item("symbol", value, latents[0])
+        return Item("table", value)
+
+    def axes(
+        self, form: Form, node: ast.Form, env: Env
+    ) -> tuple[Any, tuple[ty.Labels, ...], list[Latent]]:
+        """What a table is about, its axes, and their latents if it is about any."""
+        if form.is_table:
+            who = self.character(node.about[0], env)
+            return who, (ty.Labels(self.world.characters[who], self.world.actions),), []
+        latents = self.each([lambda n=n: self.joint(n, env) for n in node.about])  # type: ignore[misc]
+        for number, latent in enumerate(latents):
+            if latent in latents[:number]:
+                place = node.about[number]
+                raise self.blame("duplicate", f"`{latent.name}` stands here twice", place, env)
+        parts = [self.partition(latent) for latent in latents]
+        cells = math.prod(len(part.labels) for part in parts)
+        if cells > MOST_CELLS:
+            message = f"a table of {cells:,} probabilities; the most is {MOST_CELLS:,}"
+            raise self.fail("distribution", message, node.span, env, "ask about fewer latents")
+        labels = tuple(ty.Labels(x.name, p.labels) for x, p in zip(latents, parts, strict=True))
+        return _product(parts), labels, latents
+
+    def joint(self, node: ast.Expr, env: Env) -> Latent:
+        """One of the latents of a table."""
+        if isinstance(self.strip(node, env)[0], ast.Name):
+            return self.latent(node, env)
+        hint = "events are joined by `and`: `P(A and B | script[:t])`"
+        raise self.blame("latent", "expected the name of a latent", node, env, hint)
 
     def about(self, form: Form, node: ast.Form, env: Env) -> Any:
         """What a form is about: a mask, a partition, a quantity, or None for everything."""
@@ -236,6 +293,15 @@ class Beliefs(Frames):
 
 def _write(form: Form) -> str:
     return f"write `{form.written}`"
+
+
+def _product(parts: list[ty.Partition]) -> ty.Partition:
+    """The partition by several latents together, the last of which changes fastest."""
+    labels = tuple(map(", ".join, product(*(part.labels for part in parts))))
+    index = [0] * len(parts[0].index)
+    for part in parts:
+        index = [i * len(part.labels) + j for i, j in zip(index, part.index, strict=True)]
+    return ty.Partition(labels, tuple(index))
 
 
 def _both(a: ty.Mask, b: ty.Mask) -> ty.Mask:

@@ -66,6 +66,7 @@ KINDS = {
     "number": "a number",
     "truth": "a condition",
     "symbol": "a latent",
+    "table": "a table of probabilities",
     "script": "a whole script",
     "prefix": "the first frames of a script",
     "frame": "a frame of a script",

@@ -66,6 +66,11 @@ class Form(Word):
         return self.shape.written(self.name, self.about.upper())
 
     @property
+    def is_table(self) -> bool:
+        """Whether it is never a number."""
+        return self.tabulates and self.about == "character"
+
+    @property
     def asks_frame(self) -> bool:
         """Whether it asks of a frame itself, not of the belief after it."""
         return self.shape is SEEN
@@ -75,11 +80,23 @@ BELIEFS: tuple[Form, ...] = (
     Form(
         "P",
         "P(event | script[:k], condition, ...)",
-        "the audience's posterior probability after the first k frames",
+        "the audience's posterior probability after the first k frames; of one latent or several "
+        "a table",
         "P(rho > 0 | script[:T], G_cheese = pink)",
         ABOUT,
         about="event",
         called="a probability",
+        tabulates=True,
+    ),
+    Form(
+        "next",
+        "next(who | script[:k], condition, ...)",
+        "the probabilities of a character's next action, as viewers predict it (in queries)",
+        "next(robot | script[:T])",
+        ABOUT,
+        about="character",
+        called="a prediction",
+        looks_ahead="`next` looks one frame ahead",
         tabulates=True,
     ),
     Form(

@@ -280,7 +280,11 @@ class _Roles:
             case ast.Reduction(first=first, last=last, body=body):
                 self.each([x for x in (first, last) if x is not None], "frame", inside)
                 self.visit(body, "number", inside)
-            case ast.Prefix(script=script, end=number) | ast.FrameOf(script=script, number=number):
+            case ast.Prefix(script=script, end=number, until=who):
+                self.visit(script, "script", inside)
+                self.visit(number, "frame", "")
+                self.each(() if who is None else (who,), "character", inside)
+            case ast.FrameOf(script=script, number=number):
                 self.visit(script, "script", inside)
                 self.visit(number, "frame", "")
             case ast.LastOf(script=script):

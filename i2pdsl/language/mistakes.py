@@ -9,7 +9,7 @@ from lark import Token
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
-from i2pdsl.language.forms import ABOUT, BY_NAME, BY_TERMINAL, EXPECTED
+from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
@@ -124,6 +124,17 @@ def _unexpected_token(
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
 
 
+def bar_missing(form: str, comma: Span) -> Diagnostic:
+    """The diagnostic for `P(rho > 0, script[:t])`: a comma where the bar belongs."""
+    message = "unexpected `,`, expected `)` or `|`"
+    return Diagnostic("syntax", message, comma, _behind_a_bar(form))
+
+
+def _behind_a_bar(form: str) -> str:
+    shown = BY_NAME[form].shape.written(form, "...")
+    return f"the script stands behind a bar: `{shown}`"
+
+
 def _may_be_name(expected: set[str]) -> bool:
     return bool(expected & {"NAME", "NAMED"})
 
@@ -172,9 +183,8 @@ def _hint(
         if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
             return "write `KL(latent; script[:a] || script[:b])`"
         return "two beliefs are compared with `||`: `KL(script[:a] || script[:b])`"
-    form = BY_NAME.get(opener)
-    if token.type == "COMMA" and form is not None and form.shape in (ABOUT, EXPECTED):
-        return f"the script stands behind a bar: `{form.shape.written(opener, '...')}`"
+    if token.type == "COMMA" and opener in BY_NAME and BY_NAME[opener].shape is EXPECTED:
+        return _behind_a_bar(opener)
     if token.type == "BAR" and opener in ("p", "pr", "Pr", "prob", "probability"):
         return "probabilities are written with a capital letter: `P(event | script[:t])`"
     if token.type == "BAR" and opener == "e":

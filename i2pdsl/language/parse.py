@@ -165,4 +165,6 @@ def _too_deep(tree: Tree[Token], source: Source) -> Span:
     return Span(source, node.meta.start_pos, node.meta.end_pos)
 
 
-_FLAT = frozenset(("group", "argument", "argument_named", "given", "settings", "set", "turn"))
+_FLAT = frozenset(
+    ("group", "argument", "argument_named", "about", "given", "settings", "set", "turn")
+)

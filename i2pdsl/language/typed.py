@@ -131,12 +131,14 @@ class Moment:
     """A frame of a script: `turns` are appended to the story's script.
 
     `frames` lists the frame's number for each t from `first` on (as a range where it is a line
-    in t); with a single entry and `first` None it does not depend on t.
+    in t); with a single entry and `first` None it does not depend on t. `seen` counts the
+    observed actions of the frame after which viewers are asked; None is after all of them.
     """
 
     turns: tuple[Turn, ...]
     frames: tuple[int, ...] | range
     first: int | None
+    seen: int | None = None
 
     @property
     def axes(self) -> Axes:
@@ -184,7 +186,8 @@ class PerHypothesis:
 
 @dataclass(frozen=True)
 class Labels:
-    """What an axis of a table is called, and its values' names."""
+    """What an axis of a table is called, and its values' names; that of a latent ends in
+    `unknown`, for the hypotheses in which it plays no part."""
 
     name: str
     values: tuple[str, ...]
@@ -192,7 +195,8 @@ class Labels:
 
 @dataclass(frozen=True)
 class Partition:
-    """Which value of a latent each hypothesis has: an index, or the last one for `unknown`."""
+    """Which value of a latent (or of several together) each hypothesis has: an index; the last
+    label of a latent is `unknown`."""
 
     labels: tuple[str, ...]
     index: tuple[int, ...]
@@ -206,13 +210,13 @@ class Belief:
         about: an event's mask, a partition, a quantity, the number of a character, or None.
         given: what it is conditioned on; of a divergence the first and the second belief. For an
             expectation the mask excludes already where the quantity means nothing.
-        labels: of a table its axis: what it is called and its values' names; None for a number.
+        labels: of a table its axes: what each is called and its values' names; () for a number.
     """
 
     form: str
     about: Any
     given: tuple[Given, ...]
-    labels: Labels | None = None
+    labels: tuple[Labels, ...] = ()
 
     @cached_property
     def axes(self) -> Axes:

@@ -89,7 +89,7 @@ class Compiler:
 
     def moment(self, moment: ty.Moment) -> Callable[[Scope], View]:
         described = moment.offset if moment.offset is not None else moment.frames
-        self.shape.append(f"@{moment.first},{described},{moment.turns}")
+        self.shape.append(f"@{moment.first},{described},{moment.seen},{moment.turns}")
         return lambda scope: scope.view(moment)
 
     # Expressions.
@@ -155,20 +155,23 @@ class Compiler:
         about = self._about(node.about)
         mask = self.mask(node.given[0].mask)
         moments = [self.moment(given.moment) for given in node.given]
-        meaning = (NUMBERS if node.labels is None else TABLES)[node.form]
+        meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
             views = tuple(moment(scope) for moment in moments)
             asked = Asked(scope.world, scope.tables, about(scope, views[0]), mask(scope), views)
             found = meaning(asked)
-            for view in views if node.labels is None else ():
+            for view in () if node.labels else views:
                 found = _where_exists(scope, view.exists, found)
             return found
 
         return value
 
     def _about(self, about: Any) -> Callable[[Scope, View], Array]:
-        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H]."""
+        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H], or a
+        character's number."""
+        if isinstance(about, int):
+            return lambda scope, view: about
         if about is None or isinstance(about, ty.Partition):
             groups = self.partition(about)
             return lambda scope, view: groups(scope)

@@ -114,6 +114,8 @@ def _asked(node: object) -> list[ty.Moment]:
     match node:
         case ty.Feature(moment=ty.Moment() as moment):
             return [moment]
+        case ty.Moment() if node.seen is not None:
+            return [node]
         case ty.Belief(form=form, given=given) if BY_NAME[form].asks_frame:
             return [g.moment for g in given]
     return []

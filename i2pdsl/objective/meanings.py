@@ -16,8 +16,8 @@ class Asked(NamedTuple):
     """A form as it is asked at one moment, or at many along leading axes.
 
     Attributes:
-        about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), or a
-            quantity broadcastable to [..., O, H].
+        about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), a
+            quantity broadcastable to [..., O, H], or a character's number.
         mask: the conditions, [H].
         views: the moment that it is conditioned on; of a divergence two.
     """
@@ -54,6 +54,20 @@ def _suspense(asked: Asked) -> Array:
     )
 
 
+def _next(asked: Asked) -> Array:
+    ahead = asked.world.turns(asked.tables, asked.views[0].state)
+    return queries.prediction(
+        asked.belief,
+        ahead.log_rows,
+        ahead.chance,
+        ahead.valid,
+        asked.about,
+        asked.world.branch_actions(asked.about),
+        asked.mask,
+        asked.world.forgetting(asked.tables),
+    )
+
+
 NUMBERS: dict[str, Callable[[Asked], Array]] = {
     "P": lambda a: queries.probability(a.belief, a.about, a.mask),
     "E": lambda a: queries.expectation(a.belief, a.about, a.mask),
@@ -66,5 +80,6 @@ NUMBERS: dict[str, Callable[[Asked], Array]] = {
 
 TABLES: dict[str, Callable[[Asked], Array]] = {
     "P": lambda a: queries.marginal(a.belief, a.about, a.mask).mean(-2),
+    "next": _next,
 }
 """The forms that are tables, with a last axis of values."""

@@ -95,6 +95,10 @@ class World(Protocol):
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""
 
+    def branch_actions(self, who: int) -> tuple[int, ...]:
+        """The action (a number, in the vocabulary's order) of each of the branches of a character
+        in `turns`."""
+
     def no_action(self, state: Array) -> Array:
         """An action of the right shape for frame 0, which has none."""
 
@@ -154,6 +158,9 @@ class ContinuousWorld:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
+
+    def branch_actions(self, who: int) -> NoReturn:
         raise NotImplementedError("actions cannot be listed")
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> NoReturn:
