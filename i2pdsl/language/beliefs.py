@@ -114,16 +114,15 @@ class Beliefs(Frames):
         elif form.about == "quantity":
             about, mask = self.expected(about, givens[0].mask, node.about[0], env)
             givens = (ty.Given(givens[0].moment, mask),)
-        self.check_whole_frame(form, about, givens, node, env)
-        return Item("number", ty.Belief(form.name, about, givens))
+        value = ty.Belief(form.name, about, givens)
+        self.check_whole_frame(form, value, node, env)
+        return Item("number", value)
 
-    def check_whole_frame(
-        self, form: Form, about: Any, givens: tuple[ty.Given, ...], node: ast.Form, env: Env
-    ) -> None:
+    def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
         """What asks for the state after the given frames cannot be asked in the midst of one."""
-        if all(given.moment.seen is None for given in givens):
+        if all(given.moment.seen is None for given in value.given):
             return
-        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(about))
+        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
         if form.looks_ahead or values:
             what = f"`{form.name}`" if form.looks_ahead else "`V`"
             message = f"{what} needs the end of a frame, here someone has yet to act"
@@ -171,8 +170,8 @@ class Beliefs(Frames):
                 hint = f"ask for an event: `{' and '.join(events)}`"
             raise self.blame("distribution", message, node.about[0], env, hint)
         givens = self.givens(form, node, env)
-        self.check_whole_frame(form, None, givens, node, env)
         value = ty.Belief(form.name, about, givens, labels)
+        self.check_whole_frame(form, value, node, env)
         if len(latents) == 1:
             return Item("symbol", value, latents[0])
         return Item("table", value)

@@ -222,6 +222,8 @@ class Elaboration:
             hint = f"ask what viewers believe: `P({event} | script[:t])`"
             if env.inside in BELIEVED:
                 hint = f"compare it: `{event}`"
+        elif item.kind == "table":
+            hint = "a query asks for a table by itself"
         elif item.kind == "truth" and wanted == "a number":
             hint = "write `if CONDITION then 1 else 0`, or `P(EVENT | script[:t])`"
         elif item.kind in ("script", "prefix", "frame"):
