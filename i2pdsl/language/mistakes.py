@@ -9,7 +9,7 @@ from lark import Token
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
-from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED
+from i2pdsl.language.forms import APART, BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
@@ -179,11 +179,12 @@ def _hint(
         return "probabilities have round brackets: `P(event | script[:t])`"
     if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
-    if token.type == "COMMA" and opener == "KL":
-        if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
-            return "write `KL(latent; script[:a] || script[:b])`"
-        return "two beliefs are compared with `||`: `KL(script[:a] || script[:b])`"
-    if token.type == "COMMA" and opener in BY_NAME and BY_NAME[opener].shape is EXPECTED:
+    form = BY_NAME.get(opener)
+    if token.type == "COMMA" and form is not None and form.shape is APART:
+        if "SEMI" in expected and "script" not in text[text.rfind(f"{opener}(") :]:
+            return f"write `{opener}(latent; script[:a] || script[:b])`"
+        return f"two beliefs are compared with `||`: `{opener}(script[:a] || script[:b])`"
+    if token.type == "COMMA" and form is not None and form.shape is EXPECTED:
         return _behind_a_bar(opener)
     if token.type == "BAR" and opener in ("p", "pr", "Pr", "prob", "probability"):
         return "probabilities are written with a capital letter: `P(event | script[:t])`"
