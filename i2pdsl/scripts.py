@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.answers import Answer, latent_of
+from i2pdsl.answers import Answer
 from i2pdsl.errors import (
     Diagnostic,
     Source,
@@ -28,6 +28,7 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
+from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
@@ -133,10 +134,13 @@ class Script(Shown):
 
         A number (an array without axes) where the expression has no free t; an array over t
         where it has one; for a bare latent a last axis of the latent's values, in the world's
-        order, without the hypotheses in which it plays no part.
+        order, without the hypotheses in which it plays no part; for several latents an axis each,
+        with those hypotheses last.
 
         >>> script.query("P(rho > 0 | script[:t])")          # [T + 1]
         >>> script.query("P(G_robot | script[:t])")          # [T + 1, values]
+        >>> script.query("P(G_robot, rho | script[:t])")     # [T + 1, values + 1, values + 1]
+        >>> script.query("next(robot | script[:t])")         # [T + 1, actions]
         >>> script.query("P(R_robot | script[:T])", assume="nothing")
 
         Raises StoryError.
@@ -160,14 +164,21 @@ class Script(Shown):
             found = evaluate(self.world, self.frames, query.value, query.times)
         value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
         times = None if query.times is None else list(query.times)
-        if not isinstance(query.value, ty.Distribution):
+        axes = query.value.labels if isinstance(query.value, ty.Belief) else ()
+        if not axes:
             steps = bool(((value == 0) | (value == 1)).all()) and any(
                 isinstance(node, ty.Feature) for node in ty.walk(query.value)
             )
             return Answer(times, value, None, None, steps=steps)
-        partition = query.value.partition
-        name = latent_of(partition, self.world.vocabulary)
-        return Answer(times, value[..., :-1], partition.labels[:-1], value[..., -1], latent=name)
+        if len(axes) > 1:
+            sizes = tuple(len(axis.values) for axis in axes)
+            value = value.reshape(*value.shape[:-1], *sizes)
+            return Answer(times, value, None, None, axes=axes)
+        (axis,) = axes
+        if axis.values[-1] != UNKNOWN:  # of actions, each of which has its name
+            return Answer(times, value, axis.values, None, latent=axis.name)
+        names = axis.values[:-1]
+        return Answer(times, value[..., :-1], names, value[..., -1], latent=axis.name)
 
     def to_pandas(
         self, *expressions: str, assume: str | None = None, **named: str
@@ -180,7 +191,8 @@ class Script(Shown):
         """
         from i2pdsl.tables import beliefs_table
 
-        return beliefs_table(self, expressions, named, assume)
+        questions = [*((None, e) for e in expressions), *named.items()]
+        return beliefs_table([(n, self.ask(e, assume)) for n, e in questions], self.length)
 
     def frame_table(self) -> pandas.DataFrame:
         """Actions, positions and events, a row for each frame (tables.py).
@@ -189,7 +201,8 @@ class Script(Shown):
         """
         from i2pdsl.tables import frame_table
 
-        return frame_table(self)
+        plain = replace(self, module=Module(Source("table", "")))  # without the story's names
+        return frame_table(self.world, self.record, self.length, plain.ask)
 
     def __repr__(self) -> str:
         name, score = shorten(self.record.title), self.score

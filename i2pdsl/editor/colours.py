@@ -18,13 +18,13 @@ from lark import Lark
 
 from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
+from i2pdsl.language.forms import BY_TERMINAL
 
 KINDS = {
     **{f"{word.upper()}_KW": "keyword" for word in STATEMENT_WORDS},
     **dict.fromkeys(("IF_KW", "THEN_KW", "ELSE_KW"), "keyword"),
     **dict.fromkeys(("AND_KW", "OR_KW", "NOT_KW", "IN_KW", "AT_KW"), "keyword"),
-    **dict.fromkeys(("P_KW", "E_KW", "V_KW", "KL_KW", "ENTROPY_KW", "SURPRISE_KW"), "form"),
-    **dict.fromkeys(("SUSPENSE_KW", "LAST_KW"), "form"),
+    **dict.fromkeys((*BY_TERMINAL, "LAST_KW"), "form"),
     **dict.fromkeys(("SCRIPT_KW", "T_VAR", "T_END", "NAME_T"), "story"),
     **dict.fromkeys(("BIG_T", "BIG_OPEN"), "reduction"),
     **dict.fromkeys(("LPAR", "RPAR", "LSQB", "RSQB", "LBRACE", "RBRACE"), "bracket"),

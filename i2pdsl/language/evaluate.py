@@ -261,8 +261,8 @@ def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> 
         return replace(node, arguments=folded)
     if isinstance(node, ty.Apply):
         return replace(node, arguments=tuple(fold_time(a, times, reached) for a in node.arguments))
-    if isinstance(node, ty.Expectation):
-        return replace(node, quantity=fold_time(node.quantity, times, reached))
+    if isinstance(node, ty.Belief):  # about a quantity
+        return replace(node, about=fold_time(node.about, times, reached))
     if isinstance(node, ty.Points):
         return replace(node, at=fold_time(node.at, times, reached))
     return node

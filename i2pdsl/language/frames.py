@@ -169,7 +169,23 @@ class Frames(Predicates):
         return Item("number", ty.Constant(float(self.length + len(turns))))
 
     def on_prefix(self, node: ast.Prefix, env: Env) -> Item:
-        return Item("prefix", self.at(node.script, node.end, 0, env))
+        if node.until is None:
+            return Item("prefix", self.at(node.script, node.end, 0, env))
+        until = node.until
+        moment, seen = self.both(
+            lambda: self.at(node.script, node.end, 1, env), lambda: self.observed(until, env)
+        )
+        return Item("prefix", replace(moment, seen=seen))
+
+    def observed(self, node: ast.Expr, env: Env) -> int | None:
+        """How many actions of a frame viewers have seen once a character has acted; None is all."""
+        number = self.character(node, replace(env, inside="")) + 1
+        if not self.world.enumerable:
+            message = (
+                f"viewers of world {self.world.world} see a frame at once, not action by action"
+            )
+            raise self.blame("world", message, node, env, "write `script[:t]`")
+        return number if number < len(self.world.characters) else None
 
     def on_frameof(self, node: ast.FrameOf, env: Env) -> Item:
         return Item("frame", self.at(node.script, node.number, 1, env))

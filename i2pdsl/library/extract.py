@@ -37,7 +37,7 @@ from i2pdsl.worlds.find import find_vocabulary
 _LONGEST = 100_000  # characters of a pattern; lets put into lets can grow without bound
 _NOT_OBJECTIVE = (ast.Objective, ast.Let, ast.Pattern, ast.Import)
 _LOOSE = (ast.If, ast.Or, ast.And, ast.Not, ast.Compare, ast.Member, ast.Sum, ast.Append)
-_ATOMS = (ast.Name, ast.Number, ast.Call, ast.Time, ast.Length, ast.Script, ast.Probability)
+_ATOMS = (ast.Name, ast.Number, ast.Call, ast.Time, ast.Length, ast.Script, ast.Form)
 _LINE = 98  # width of comments
 
 

@@ -61,11 +61,17 @@ def show_result(result: Result) -> Bundle:
 
 
 def show_answer(answer: Answer) -> Bundle:
-    """A number as it is; a small table for a latent; curves for what goes on over t."""
+    """A number as it is; a small table for latents; curves for what goes on over t."""
     lines = answer.in_words().splitlines()
     if len(lines) > LINES:
         lines[LINES // 2 : -LINES // 2] = [f"   … {len(lines) - LINES} more"]
     data: dict[str, Any] = {"text/plain": "\n".join(lines)}
+    if answer.axes:
+        if answer.t is None:
+            heads, found = answer.grid()
+            cells = [(*keys, *(f"{v:.4f}" for v in values)) for keys, values in found]
+            data["text/html"] = table_html(heads, cells)
+        return data, {}
     if answer.t is not None:
         png, width = curves_png(answer)
         data["image/png"] = _base64(png)

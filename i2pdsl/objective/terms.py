@@ -22,7 +22,7 @@ def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
         times = tuple(range(1, story.length + 1))
         nothing = (True,) * len(story.vocabulary.hypotheses)
         given = ty.Given(ty.Moment((), times, 1), nothing)
-        rational = ty.Probability(story.everyone_rational, given)
+        rational = ty.Belief("P", story.everyone_rational, (given,))
         terms.append((story.rationality, ty.Reduction("sum", 1, story.length, rational)))
     return terms
 

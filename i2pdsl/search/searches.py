@@ -131,8 +131,8 @@ def depicted_event(objective: tuple[tuple[int, ty.Typed], ...]) -> ty.Mask | Non
     masks = set()
     for sign, expression in objective:
         for node in ty.walk(expression):
-            if isinstance(node, ty.Probability):
-                masks.add((sign, node.event))
+            if isinstance(node, ty.Belief) and node.form == "P":
+                masks.add((sign, node.about))
             elif not isinstance(node, ty.Reduction | ty.Given | ty.Moment | ty.Feature):
                 return None
     if len(masks) != 1:

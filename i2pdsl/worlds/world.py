@@ -117,6 +117,10 @@ class World(Protocol):
     def guesses(self, length: int, seeds: int, noise: float, seed: int) -> Array:
         """What a descent begins with, [seeds, length, *action_shape]."""
 
+    def branch_actions(self, who: int) -> tuple[int, ...]:
+        """The action (a number, in the vocabulary's order) of each of the branches of a character
+        in `turns`."""
+
     def no_action(self, state: Array) -> Array:
         """An action of the right shape for frame 0, which has none."""
 
@@ -184,6 +188,9 @@ class ContinuousWorld:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
+
+    def branch_actions(self, who: int) -> NoReturn:
         raise NotImplementedError("actions cannot be listed")
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> NoReturn:

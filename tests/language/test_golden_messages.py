@@ -36,12 +36,6 @@ CASES = sorted(
 )
 # Whose messages are golden.
 READERS = (check_source, check_query, read_source, parse_world, parse_grid)
-    check_source,
-    check_query,
-    read_source,
-    parse_world,
-    parse_grid,
-)  # whose messages are golden
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
 # Codes that have their own tests; a library's is shown at the import.
 ELSEWHERE = {
