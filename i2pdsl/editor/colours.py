@@ -20,7 +20,7 @@ from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 from i2pdsl.language.forms import BY_TERMINAL
 
-KINDS = {
+TERMINALS = {
     **{f"{word.upper()}_KW": "keyword" for word in STATEMENT_WORDS},
     **dict.fromkeys(("IF_KW", "THEN_KW", "ELSE_KW"), "keyword"),
     **dict.fromkeys(("AND_KW", "OR_KW", "NOT_KW", "IN_KW", "AT_KW"), "keyword"),
@@ -78,7 +78,7 @@ def colour(text: str, names: Mapping[str, str] | None = None) -> Iterator[Piece]
     known = names or {}
     before: list[Piece] = []  # up to three pieces that are neither space nor comment
     for terminal, start, end in _scan(text, *_story()):
-        kind = KINDS.get(terminal, "error")
+        kind = TERMINALS.get(terminal, "error")
         if terminal == "AT_KW" and [p.terminal for p in before] != ["NAME", "COLON", "NAME"]:
             terminal, kind = "NAME", "name"
         if kind == "keyword" and terminal in _STATEMENT_TERMINALS and not _first(text, start):

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from i2pdsl.editor.colours import KINDS
+from i2pdsl.editor.colours import TERMINALS
 from i2pdsl.editor.enclosure import enclosures
 from i2pdsl.editor.names import functions_at, names_at
 from i2pdsl.editor.offers import Offer
@@ -250,6 +250,6 @@ def _terminals(terminals: frozenset[str] | set[str]) -> Iterator[Offer]:
     """The words and signs of terminals, the most likely first."""
     known = spellings()
     chosen = [name for name in known if name in terminals]
-    for name in sorted(chosen, key=lambda n: _ORDER.index(KINDS[n])):
+    for name in sorted(chosen, key=lambda n: _ORDER.index(TERMINALS[n])):
         for text in known[name]:
-            yield _fixed(text, KINDS[name])
+            yield _fixed(text, TERMINALS[name])

@@ -17,7 +17,7 @@ from i2pdsl.editor.words import explanation
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.forms import BY_TERMINAL
-from i2pdsl.language.kinds import KINDS, parameter_kinds, result_kind
+from i2pdsl.language.kinds import PARAMETER_KINDS, parameter_kinds, result_kind
 from i2pdsl.language.parse import parse_expression
 
 _SILENT = ("space", "comment", "number", "string", "operator", "sign", "bracket", "error")
@@ -168,7 +168,7 @@ def _own_parameter(text: str, piece: Piece, word: str, around: Surroundings) -> 
         if parameter.name.id == word and pattern is not None:
             kind = parameter_kinds(pattern, around.module).get(word, "any")
             detail = " ".join(parameter.span.text.split())
-            about = f"a parameter of `{pattern.name.id}`: {KINDS.get(kind, kind)}"
+            about = f"a parameter of `{pattern.name.id}`: {PARAMETER_KINDS.get(kind, kind)}"
             return Offer(word, "parameter", detail, about)
     return None
 

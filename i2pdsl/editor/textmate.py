@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.editor.colours import KINDS, LATENT
+from i2pdsl.editor.colours import LATENT, TERMINALS
 from i2pdsl.editor.words import spellings
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 from i2pdsl.resources import write_text
@@ -97,7 +97,7 @@ def _story_rules() -> _Rules:
     yield _rule("name", _NAME)
     yield _rule("number", _NUMBER)
     for kind in ("operator", "sign", "bracket"):
-        signs = [s for name, texts in spellings().items() if KINDS[name] == kind for s in texts]
+        signs = [s for name, texts in spellings().items() if TERMINALS[name] == kind for s in texts]
         yield _rule(kind, _any_of(signs))
     yield _rule("error", r"\S")
 
@@ -124,7 +124,9 @@ def _common() -> _Rules:
 
 def _words(kind: str) -> list[str]:
     """The words of a kind that no statement begins with."""
-    words = {text for name, texts in spellings().items() if KINDS[name] == kind for text in texts}
+    words = {
+        text for name, texts in spellings().items() if TERMINALS[name] == kind for text in texts
+    }
     return sorted(words - set(STATEMENT_WORDS) - {"at"})
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from i2pdsl.editor.colours import KINDS
+from i2pdsl.editor.colours import TERMINALS
 from i2pdsl.language.builtins import word_named
 from i2pdsl.language.forms import BY_TERMINAL, Word
 from i2pdsl.language.parse import grammar
@@ -16,14 +16,14 @@ def spellings() -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = {}
     for terminal in grammar().terminals:
         pattern = terminal.pattern
-        if KINDS[terminal.name] == "reduction":
+        if TERMINALS[terminal.name] == "reduction":
             end = "_t" if terminal.name == "BIG_T" else "_{"
             found[terminal.name] = tuple(f"{w}{end}" for w in ("sum", "mean", "min", "max"))
         elif terminal.name in BY_TERMINAL:
             found[terminal.name] = tuple(form.name for form in BY_TERMINAL[terminal.name])
         elif pattern.type == "str":
             found[terminal.name] = (str(pattern.value),)
-        elif KINDS[terminal.name] in ("keyword", "form", "story"):
+        elif TERMINALS[terminal.name] in ("keyword", "form", "story"):
             found[terminal.name] = (str(pattern.value).removesuffix(r"\b"),)
     return found
 

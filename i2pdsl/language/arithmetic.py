@@ -12,7 +12,7 @@ from i2pdsl.errors import Span, closest
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.elaboration import BELIEVED, KINDS, Elaboration, Item, Stop
+from i2pdsl.language.elaboration import BELIEVED, ITEMS_IN_WORDS, Elaboration, Item, Stop
 from i2pdsl.language.evaluate import (
     COMPARISONS,
     OPERATIONS,
@@ -176,7 +176,7 @@ class Arithmetic(Elaboration):
         items = self.each([lambda a=a: self.item(a.value, env) for a in node.arguments])  # type: ignore[misc]
         for item, argument in zip(items, node.arguments, strict=True):
             if item.kind != "pair":
-                message = f"expected a point of the curve, found {KINDS[item.kind]}"
+                message = f"expected a point of the curve, found {ITEMS_IN_WORDS[item.kind]}"
                 raise self.blame("arguments", message, argument.value, env, shape)
         xs, ys = tuple(i.value[0] for i in items), tuple(i.value[1] for i in items)
         if len(xs) < 2:
@@ -211,7 +211,7 @@ class Arithmetic(Elaboration):
             if item.kind not in ("number", "truth"):
                 raise self.wrong_kind("a number or a condition", item, place, env)
         if then.kind != otherwise.kind:
-            message = f"one branch is {KINDS[then.kind]}, the other {KINDS[otherwise.kind]}"
+            message = f"one branch is {ITEMS_IN_WORDS[then.kind]}, the other {ITEMS_IN_WORDS[otherwise.kind]}"
             raise self.fail("type", message, node.otherwise.span, env)
         if is_pure(condition) and condition.axes == ty.NO_AXES:
             return then if evaluate(condition) else otherwise

@@ -10,7 +10,7 @@ from typing import Any
 from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
-from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
+from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item, Stop
 from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypotheses, is_pure
 from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
 from i2pdsl.language.frames import Frames
@@ -73,7 +73,7 @@ class Beliefs(Frames):
         item = self.item(node, env)
         if item.kind == kind:
             return item.value
-        message = f"expected {KINDS[kind]}, found {KINDS[item.kind]}"
+        message = f"expected {ITEMS_IN_WORDS[kind]}, found {ITEMS_IN_WORDS[item.kind]}"
         raise self.blame("type", message, node, env, f"write `{form}`")
 
     def impossible(self, mask: ty.Mask, given: ty.Mask, node: ast.Expr, env: Env) -> Stop:

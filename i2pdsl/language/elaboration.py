@@ -62,7 +62,7 @@ def _method(kind: type) -> str:
     return _methods[kind]
 
 
-KINDS = {
+ITEMS_IN_WORDS = {
     "number": "a number",
     "truth": "a condition",
     "symbol": "a latent",
@@ -214,7 +214,7 @@ class Elaboration:
         return not self.world.predicates[value.predicate].is_number
 
     def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> Stop:
-        found = KINDS[item.kind]
+        found = ITEMS_IN_WORDS[item.kind]
         hint = None
         if item.latent is not None and item.kind == "symbol":
             found = f"the latent `{item.latent.name}`"

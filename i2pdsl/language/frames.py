@@ -10,7 +10,7 @@ from typing import Any
 from i2pdsl.errors import did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
-from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero, Stop
+from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item, LeavesAtZero, Stop
 from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, finite_values, is_pure
 from i2pdsl.language.predicates import Predicates
 from i2pdsl.language.scope import Env
@@ -100,7 +100,7 @@ class Frames(Predicates):
         if item.kind != "script":
             hint = "a script is `script` or `script ++ [...]`, without an index"
             raise self.blame(
-                "type", f"expected a script, found {KINDS[item.kind]}", node, env, hint
+                "type", f"expected a script, found {ITEMS_IN_WORDS[item.kind]}", node, env, hint
             )
         return item.value
 

@@ -1,7 +1,7 @@
 """What the parameters of a pattern are, what a pattern comes to, and which names it uses: read off
 its body and the patterns that it passes them on to. Nothing here knows a world.
 
-Kinds (`KINDS`) are inferred from the places where a parameter stands. They help people, editors
+Kinds (`PARAMETER_KINDS`) are inferred from the places where a parameter stands. They help people, editors
 and the proof that a pattern fits a world; the checker does not depend on them.
 """
 
@@ -16,7 +16,7 @@ from i2pdsl.language.forms import HIDDEN
 from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import room_for_nesting
 
-KINDS = {
+PARAMETER_KINDS = {
     "event": "something hidden that may hold, such as `rho > 0`",
     "number": "a number",
     "character": "a character of the world",

@@ -10,7 +10,7 @@ from i2pdsl.errors import did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.arithmetic import Arithmetic
-from i2pdsl.language.elaboration import INSIDE, KINDS, Item
+from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item
 from i2pdsl.language.scope import Env
 
 
@@ -28,7 +28,7 @@ class Predicates(Arithmetic):
             raise self.fail("event", message, node.span, env, hint)
         item = self.item(node.frame, env)
         if item.kind != "frame":
-            message = f"expected a frame of a script, found {KINDS[item.kind]}"
+            message = f"expected a frame of a script, found {ITEMS_IN_WORDS[item.kind]}"
             raise self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
         before, self.moment = self.moment, item.value
         try:
@@ -122,7 +122,7 @@ class Predicates(Arithmetic):
         if item.kind != "pair":
             hint = "write a tile's name or (column, row)"
             raise self.blame(
-                "no-place", f"expected a place, found {KINDS[item.kind]}", node, env, hint
+                "no-place", f"expected a place, found {ITEMS_IN_WORDS[item.kind]}", node, env, hint
             )
         column, row = item.value
         hint = "columns and rows count from 0 at the top left"

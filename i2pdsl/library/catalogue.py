@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import quote
 
 from i2pdsl.editor.colours import colour
-from i2pdsl.language.kinds import KINDS
+from i2pdsl.language.kinds import PARAMETER_KINDS
 from i2pdsl.library.curves import Curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.examples import Example, Shown, place_of
@@ -188,7 +188,7 @@ def _parameters(pattern: dict[str, Any], told: _Told) -> str:
     rows = []
     for parameter in pattern["parameters"]:
         name, default = parameter["name"], parameter["default"]
-        kind = _prose(KINDS.get(parameter["kind"], parameter["kind"]))
+        kind = _prose(PARAMETER_KINDS.get(parameter["kind"], parameter["kind"]))
         text = told.parameters.get(name, "")
         said = f"{_prose(text)} " if text else ""
         usual = f"; without it <code>{escape(default, quote=False)}</code>" if default else ""

@@ -20,7 +20,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Answer:
+class Response:
     """How the other character answers: by a fixed stochastic policy.
 
     Attributes:
@@ -45,7 +45,7 @@ class Problem:
     """P problems of one mover, who has the same moves in all.
 
     Attributes:
-        successor, success: as in Answer, for the mover.
+        successor, success: as in Response, for the mover.
         reward: [S, G], the reward for acting in a state, for each distinct goal.
         cost: [A], added for an action.
         goal: int [P], the goal of each problem.
@@ -59,7 +59,7 @@ class Problem:
     cost: np.ndarray
     goal: np.ndarray
     gamma: float
-    answer: Answer | None = None
+    answer: Response | None = None
 
 
 def q_values(
@@ -79,7 +79,7 @@ def q_values(
 def boltzmann(
     problem: Problem, continuation: np.ndarray, beta: float, states: Any = slice(None)
 ) -> np.ndarray:
-    """The softmax policies, policy(a | s) ~ exp(beta Q(s, a)): [P, A, S], as in `Answer`, or
+    """The softmax policies, policy(a | s) ~ exp(beta Q(s, a)): [P, A, S], as in `Response`, or
     of some states only."""
     count = problem.successor[0, states].size
     policy = np.empty((len(problem.goal), len(problem.successor), count))

@@ -16,8 +16,8 @@ from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from fuzz_for_tests import examples
 from i2pdsl.editor import textmate
 from i2pdsl.editor.colours import (
-    KINDS,
     MORE_KINDS,
+    TERMINALS,
     WORLD_KINDS,
     Piece,
     colour,
@@ -50,11 +50,11 @@ TEXTS = st.lists(st.sampled_from([*WORDS, *SIGNS, *KEYWORDS]), max_size=60).map(
 
 
 def test_every_terminal_has_a_kind() -> None:
-    assert set(KINDS) == {t.name for t in grammar().terminals}
+    assert set(TERMINALS) == {t.name for t in grammar().terminals}
     for kind in WORLD_KIND_NAMES:
         names = {t.name for t in world_grammar(kind_named(kind).syntax.grammar).terminals}
         assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_KINDS)
-    kinds = {*KINDS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
+    kinds = {*TERMINALS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
     assert set(TOKENS) == kinds
     assert set(textmate.SCOPES) == kinds - {"space"}
 
@@ -117,7 +117,7 @@ def test_stories_are_cut_as_the_parser_cuts_them(path: Path) -> None:
     expected = list(real_tokens(path))
     assert sorted(pieces) == sorted((start, end) for _, start, end in expected)
     for terminal, start, end in expected:
-        kind, found = KINDS[terminal], pieces[start, end].kind
+        kind, found = TERMINALS[terminal], pieces[start, end].kind
         if kind == "name":
             assert found in ("name", "function", "call", "latent", "definition", "constant")
         else:

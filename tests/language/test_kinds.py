@@ -10,7 +10,7 @@ from i2pdsl.errors import Source
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.imports import build_module
-from i2pdsl.language.kinds import KINDS, parameter_kinds, result_kind, used_names
+from i2pdsl.language.kinds import PARAMETER_KINDS, parameter_kinds, result_kind, used_names
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import Module, standard_library
 
@@ -65,7 +65,7 @@ def test_every_standard_parameter_has_a_kind() -> None:
     for found in standard_library().names.values():
         assert isinstance(found.item, ast.Pattern)
         for name, kind in parameter_kinds(found.item, found.module).items():
-            assert kind in KINDS, f"{name} of {found.item.name.id}"
+            assert kind in PARAMETER_KINDS, f"{name} of {found.item.name.id}"
             assert kind != "any", f"{name} of {found.item.name.id}"
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from i2pdsl.planning.problem import (
-    Answer,
     Problem,
+    Response,
     boltzmann,
     expected_reward,
     q_values,
@@ -36,7 +36,7 @@ def random_problem(
         policy = rng.dirichlet(np.ones(5), (3, states)).transpose(0, 2, 1)
         choice = rng.integers(0, 3, problems)
         social = rng.normal(size=(states, 3))
-        answer = Answer(successors(), 0.6, policy, choice, social, rng.normal(size=problems) * 3)
+        answer = Response(successors(), 0.6, policy, choice, social, rng.normal(size=problems) * 3)
     cost = np.array([-1.0, -1.0, -1.0, -1.0, -0.1])
     goal = rng.integers(0, 2, problems)
     return Problem(successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, answer)
@@ -112,7 +112,7 @@ def test_problems_do_not_depend_on_their_neighbours() -> None:
     together = solve(problem, tolerance=1e-9).continuation
     assert problem.answer is not None
     for p in (0, 7, 19):
-        answer = Answer(
+        answer = Response(
             problem.answer.successor,
             problem.answer.success,
             problem.answer.policy,
@@ -155,7 +155,7 @@ def test_a_policy_that_ignores_the_state_can_be_given_once() -> None:
     found = []
     for policy in (constant, full):
         a = problem.answer
-        answer = Answer(a.successor, a.success, policy, a.choice, a.social, a.rho)
+        answer = Response(a.successor, a.success, policy, a.choice, a.social, a.rho)
         changed = Problem(
             problem.successor,
             problem.success,
@@ -236,7 +236,7 @@ def test_single_precision_first_ends_in_double(tolerance: float) -> None:
         cost=np.array([-1.0, -1.0, -0.1]),
         goal=np.arange(problems),
         gamma=0.95,
-        answer=Answer(
+        answer=Response(
             successor=rng.integers(0, states, (2, states)),
             success=0.5,
             policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),

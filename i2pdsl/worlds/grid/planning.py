@@ -13,14 +13,14 @@ import numpy as np
 from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
-from i2pdsl.planning.problem import Answer, Problem, boltzmann, expected_reward, residual_at
+from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward, residual_at
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
-MakeAnswer = Callable[[int], "Answer"]
+MakeResponse = Callable[[int], "Response"]
 """An answer for a number of problems."""
 
 Key = tuple[str | float | None, ...]
@@ -316,7 +316,7 @@ def _problem(
     dynamics: Dynamics,
     who: int,
     keys: tuple[Key, ...],
-    answer: MakeAnswer | None,
+    answer: MakeResponse | None,
 ) -> Problem:
     reward, goal = _rewards(spec, dynamics, who, keys)
     return Problem(
@@ -330,7 +330,7 @@ def _problem(
     )
 
 
-def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeAnswer | None:
+def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeResponse | None:
     """How one who models nobody believes that the other acts: uniformly, or by the costs."""
     if other is None:
         return None
@@ -340,8 +340,8 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeAnswer
         weights = np.ones(len(ACTIONS))
     policy = (weights / weights.sum())[None, :, None]
 
-    def answer(problems: int) -> Answer:
-        return Answer(
+    def answer(problems: int) -> Response:
+        return Response(
             successor=dynamics.successor[other],
             success=spec.characters[other].success,
             policy=policy,
@@ -361,7 +361,7 @@ def _modelled(
     keys: tuple[Key, ...],
     policy: np.ndarray,
     states: Any,
-) -> MakeAnswer:
+) -> MakeResponse:
     """The modelled one's softmax policies in `states`, and a uniform one where he is irrational."""
     reward, goal = _rewards(spec, dynamics, other, other_keys)
     social = expected_reward(policy, reward[states][:, goal], costs(spec))
@@ -370,8 +370,8 @@ def _modelled(
     uniform = np.full((1, *policy.shape[1:]), 1 / len(ACTIONS))
     choice = [names.index(key[0]) if key[0] is not None and models else len(names) for key in keys]
 
-    def answer(problems: int) -> Answer:
-        return Answer(
+    def answer(problems: int) -> Response:
+        return Response(
             successor=dynamics.successor[other],
             success=spec.characters[other].success,
             policy=np.concatenate([policy, uniform]),
