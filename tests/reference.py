@@ -234,9 +234,7 @@ class World:
         values = [0.0] * len(states)
         while True:
             w = [social + sum([p * values[j] for p, j in after]) for social, after in answers]
-            new = [
-                max([r + gamma * (p * w[j] + q * w[k]) for r, p, j, q, k in row]) for row in own
-            ]
+            new = [max([r + gamma * (p * w[j] + q * w[k]) for r, p, j, q, k in row]) for row in own]
             changes = [b - a for a, b in zip(values, new, strict=True)]
             low, high = min(changes), max(changes)
             values = [v + c * (low + high) / 2 for v in new]
