@@ -11,6 +11,7 @@ After Chandra, Li, Tenenbaum and Ragan-Kelley 2023, DOI 10.1145/3588432.3591510.
 from __future__ import annotations
 
 import i2pdsl.forks  # noqa: F401  looks whether a process is forked, from now on
+from i2pdsl.shown import shows_later
 
 TYPE_CHECKING = False  # as typing's, which takes time to import
 if TYPE_CHECKING:
@@ -33,6 +34,13 @@ def __getattr__(name: str) -> Any:
 
     module = "i2pdsl.errors" if name in _ERRORS else "i2pdsl.pipeline"
     return getattr(importlib.import_module(module), name)
+
+
+def _show() -> None:
+    import i2pdsl.notebook.display  # noqa: F401  says how notebooks show things
+
+
+shows_later(_show)
 
 
 def load_ipython_extension(shell: Any) -> None:

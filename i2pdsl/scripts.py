@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.answers import Answer, latent_of
-from i2pdsl.audience.replay import evaluate, replay
+from i2pdsl.answers import Answer
 from i2pdsl.errors import (
     Diagnostic,
     Source,
@@ -30,14 +28,17 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
+from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
-from i2pdsl.search.record import Record, Trajectory, read_record
-from i2pdsl.search.script import make_record, read_path
+from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
-from i2pdsl.worlds.find import Spec, find_spec, vocabulary_of
-from i2pdsl.worlds.grid.parse import parse_world
-from i2pdsl.worlds.ready import Watch, ready_world, viewers_of, world_of_rules
+from i2pdsl.worlds.find import find_spec, vocabulary_of
+from i2pdsl.worlds.kind import Spec, Watch
+from i2pdsl.worlds.kinds import kind_of, parse_world
+from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.record import Record, Trajectory, extended, read_record
 from i2pdsl.worlds.world import Viewer, World
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Script:
+class Script(Shown):
     """A finished story that can be asked and drawn.
 
     Attributes:
@@ -133,10 +134,13 @@ class Script:
 
         A number (an array without axes) where the expression has no free t; an array over t
         where it has one; for a bare latent a last axis of the latent's values, in the world's
-        order, without the hypotheses in which it plays no part.
+        order, without the hypotheses in which it plays no part; for several latents an axis each,
+        with those hypotheses last.
 
         >>> script.query("P(rho > 0 | script[:t])")          # [T + 1]
         >>> script.query("P(G_robot | script[:t])")          # [T + 1, values]
+        >>> script.query("P(G_robot, rho | script[:t])")     # [T + 1, values + 1, values + 1]
+        >>> script.query("next(robot | script[:t])")         # [T + 1, actions]
         >>> script.query("P(R_robot | script[:T])", assume="nothing")
 
         Raises StoryError.
@@ -160,14 +164,21 @@ class Script:
             found = evaluate(self.world, self.frames, query.value, query.times)
         value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
         times = None if query.times is None else list(query.times)
-        if not isinstance(query.value, ty.Distribution):
+        axes = query.value.labels if isinstance(query.value, ty.Belief) else ()
+        if not axes:
             steps = bool(((value == 0) | (value == 1)).all()) and any(
                 isinstance(node, ty.Feature) for node in ty.walk(query.value)
             )
             return Answer(times, value, None, None, steps=steps)
-        partition = query.value.partition
-        name = latent_of(partition, self.world.vocabulary)
-        return Answer(times, value[..., :-1], partition.labels[:-1], value[..., -1], latent=name)
+        if len(axes) > 1:
+            sizes = tuple(len(axis.values) for axis in axes)
+            value = value.reshape(*value.shape[:-1], *sizes)
+            return Answer(times, value, None, None, axes=axes)
+        (axis,) = axes
+        if axis.values[-1] != UNKNOWN:  # of actions, each of which has its name
+            return Answer(times, value, axis.values, None, latent=axis.name)
+        names = axis.values[:-1]
+        return Answer(times, value[..., :-1], names, value[..., -1], latent=axis.name)
 
     def to_pandas(
         self, *expressions: str, assume: str | None = None, **named: str
@@ -180,7 +191,8 @@ class Script:
         """
         from i2pdsl.tables import beliefs_table
 
-        return beliefs_table(self, expressions, named, assume)
+        questions = [*((None, e) for e in expressions), *named.items()]
+        return beliefs_table([(n, self.ask(e, assume)) for n, e in questions], self.length)
 
     def frame_table(self) -> pandas.DataFrame:
         """Actions, positions and events, a row for each frame (tables.py).
@@ -189,17 +201,13 @@ class Script:
         """
         from i2pdsl.tables import frame_table
 
-        return frame_table(self)
+        plain = replace(self, module=Module(Source("table", "")))  # without the story's names
+        return frame_table(self.world, self.record, self.length, plain.ask)
 
     def __repr__(self) -> str:
         name, score = shorten(self.record.title), self.score
         told = f"{name or 'script'}: world {self.world.name}, {self.length} frames"
         return f"<Script {told}{'' if score is None else f', score {score:.4g}'}>"
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
-        from i2pdsl.notebook.display import show_script
-
-        return show_script(self)
 
     def _check_appended(self, query: TypedQuery) -> None:
         """Refuses a question about a turn that cannot follow the script's end."""
@@ -213,6 +221,20 @@ class Script:
                         raise error("turn", message, whole_file("query"))
 
 
+def make_record(
+    world: World,
+    path: Trajectory,
+    story: dict[str, Any],
+    settings: dict[str, Any],
+    score: float | None,
+) -> Record:
+    """A script file's content from a script in the world's numbers."""
+    about = {"name": world.name, "source": world.spec.source or None, "settings": settings}
+    kind = kind_of(world.spec)
+    start = kind.start_as_json(world, path.start)
+    return Record(story, about, score, start, kind.frames_as_json(world, path))
+
+
 def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
     """The longest sequence of turns that a story's objective appends to its script."""
     found: tuple[ty.Turn, ...] = ()
@@ -221,17 +243,6 @@ def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
             if isinstance(node, ty.Moment) and len(node.turns) > len(found):
                 found = node.turns
     return found
-
-
-def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray) -> Trajectory:
-    """A path with more actions [k, ...] and the states that they lead to."""
-    states = [np.asarray(path.states[-1])]
-    for action in actions:
-        after = world.transition(world.tables, states[-1], np.asarray(action))
-        states.append(np.asarray(after))
-    more = np.array(states[1:], dtype=path.states.dtype).reshape(-1, *path.states.shape[1:])
-    acts = np.asarray(actions, dtype=path.actions.dtype).reshape(-1, *path.actions.shape[1:])
-    return Trajectory(np.concatenate([path.actions, acts]), np.concatenate([path.states, more]))
 
 
 def script_of(
@@ -291,7 +302,8 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     spec = _stored_world(record, folder)
     story, warnings = _stored_story(record, spec, folder)
     viewers = viewers_of(spec, story.observers) if story else (Viewer(spec),)
-    path = read_path(world_of_rules(spec), record)  # before planning, which may take long
+    kind = kind_of(spec)
+    path = kind.read(kind.rules(spec), record)  # before planning, which may take long
     world = ready_world(spec, viewers, watch)
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
 import re
 import stat
 import unicodedata
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +115,10 @@ def _too_large(size: str, name: str, largest: int) -> OSError:
 # JSON.
 
 
+class WrongData(Exception):
+    """What is wrong with data, in words."""
+
+
 class RepeatedKeyError(ValueError):
     """An object has one key twice; the key is the exception's text."""
 
@@ -141,3 +147,72 @@ def json_excess(text: str, deepest: int, most: int = 5_000_000) -> str | None:
             case "]" | "}":
                 depth -= 1
     return None
+
+
+def decode_json(data: bytes, what: str, deepest: int) -> Any:
+    """The JSON in the bytes of `what`, strictly. Raises WrongData."""
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as problem:
+        raise WrongData(f"{what} is damaged: byte {problem.start:,} is not UTF-8") from None
+    if not text.strip():
+        raise WrongData(f"{what} is empty")
+    if json_excess(text, deepest):
+        raise WrongData(f"{what} is damaged: nested too deep")
+    try:
+        return json.loads(text, object_pairs_hook=without_repetition, parse_constant=_no_json)
+    except json.JSONDecodeError as problem:
+        is_cut = problem.pos >= len(text.rstrip()) - 1 or problem.msg.startswith("Unterminated")
+        cut = " (is its end missing?)" if is_cut else ""
+        message = f"{what} is damaged: no JSON from line {problem.lineno} on{cut}"
+        raise WrongData(message) from None
+    except (ValueError, RecursionError):  # a number of thousands of digits
+        raise WrongData(f"{what} is damaged: this is not its JSON") from None
+
+
+def _no_json(word: str) -> Any:
+    raise ValueError(f"{word} is no JSON")
+
+
+_WORDS = {str: "a text", int: "a whole number", bool: "true or false"}
+
+
+def mismatch(value: Any, shape: Any, place: str) -> str | None:
+    """What is wrong with a value that should have a shape, or None.
+
+    A shape is a type, [what a list holds], {key: what it holds} for a record, {what a key is: what
+    every value is} with a type or a function for the key, a function that says what is wrong, or
+    (one or the other, ...).
+    """
+    match shape:
+        case None:
+            return None if value is None else f"{place} is not null"
+        case type():
+            return None if type(value) is shape else f"{place} is not {_WORDS[shape]}"
+        case tuple():
+            wrong = [mismatch(value, option, place) for option in shape]
+            return None if None in wrong else wrong[0]
+        case list():
+            if not isinstance(value, list):
+                return f"{place} is not a list"
+            return _first((v, shape[0], f"{place}[{i}]") for i, v in enumerate(value))
+        case dict():
+            if not isinstance(value, dict):
+                return f"{place} is not a record"
+            if not all(isinstance(key, str) for key in shape):
+                ((key_shape, item_shape),) = shape.items()
+                keys = _first((key, key_shape, f"a key of {place}") for key in value)
+                return keys or _first(
+                    (v, item_shape, f"{place}.{k[:40]}") for k, v in value.items()
+                )
+            for key in sorted(shape.keys() ^ value.keys()):
+                wrong_key = "has no" if key in shape else "has an unknown"
+                return f"{place} {wrong_key} `{key[:40]}`"
+            return _first((v, shape[k], f"{place}.{k}") for k, v in value.items())
+        case _:
+            problem = shape(value)
+            return f"{place} {problem}" if problem else None
+
+
+def _first(parts: Iterable[tuple[Any, Any, str]]) -> str | None:
+    return next((wrong for part in parts if (wrong := mismatch(*part))), None)

@@ -500,6 +500,33 @@ def marginal(world, belief, latent=None):
     return result
 
 
+def joint(world, belief, latents):
+    """{values: probability} of several latents together, each 'unknown' where it plays no part."""
+    result = {}
+    for i, p in belief.items():
+        values = tuple(world.hypotheses[i].get(latent, "unknown") for latent in latents)
+        result[values] = result.get(values, 0.0) + p
+    return result
+
+
+def posterior_within(world, script, k, seen, assume=rational):
+    """The belief once `seen` actions of frame k were observed; at its end where there are fewer."""
+    before = [belief for *_, belief in world.beliefs_before(script, k)]
+    belief = before[seen] if seen < len(before) else world.beliefs(script)[k]
+    return given(world, belief, (), assume)
+
+
+def next_action(world, script, k, who, assume=rational):
+    """{action: probability} of what `who` does in frame k + 1, over all frames that may follow."""
+    shown, state, result = prefix(script, k), world.state_at(script, k), {}
+    for frame in children(world, state):
+        longer = append(shown, frame)
+        p = math.exp(-surprise(world, longer, k + 1, assume)) * chance(world, state, frame)
+        action = frame[who]["action"]
+        result[action] = result.get(action, 0.0) + p
+    return result
+
+
 def KL(world, script, a, b, latent=None, assume=rational):
     """KL(script[:a] || script[:b]) = sum p_a log(p_a / p_b), of one latent's marginal or of H."""
     p, q = (marginal(world, posterior(world, script, k, (), assume), latent) for k in (a, b))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import product
 from random import Random
 
 import numpy as np
 import pytest
 
 import reference
-from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from worlds_for_tests import STORIES, Pair, small_kitchen
 
@@ -209,3 +210,82 @@ def test_distributions_and_assume_nothing_agree(pair: Pair, latent: str) -> None
                 )
                 assert values[t, v] == pytest.approx(expected, abs=1e-6)
             assert values[t].sum() == pytest.approx(1.0)
+
+
+def asked(pair: Pair, frames: Frame, expression: str, assume: str | None = None) -> np.ndarray:
+    """A query's values over its frames."""
+    query = check_query(
+        Source("query", expression),
+        pair.vocabulary,
+        Module(Source("query", "")),
+        len(frames.state) - 1,
+        assume=None if assume is None else Source("assume", assume),
+    )
+    return np.asarray(evaluate(pair.world, frames, query.value, query.times))
+
+
+@pytest.mark.parametrize("assume", [None, "nothing"])
+def test_joint_beliefs_agree(pair: Pair, assume: str | None) -> None:
+    latents = ("G_cheese", "rho", "R_robot")
+    path = pair.random_script(Random(7), 5)
+    frames = replay(pair.world, path.states, path.actions)
+    names = [(*pair.vocabulary.latents[name].values, "unknown") for name in latents]
+    values = asked(pair, frames, f"P({', '.join(latents)} | script[:t])", assume)
+    values = values.reshape(6, *map(len, names))
+    for t in range(6):
+        belief = R.posterior(
+            pair.reference, pair.document(path), t, (), None if assume else rational
+        )
+        expected = R.joint(pair.reference, belief, latents)
+        for place, key in zip(np.ndindex(*map(len, names)), product(*names), strict=True):
+            assert values[(t, *place)] == pytest.approx(expected.get(key, 0.0), abs=1e-6)
+    single = asked(pair, frames, "P(rho | script[:t])", assume)
+    assert values.sum((1, 3)) == pytest.approx(single)
+
+
+def test_beliefs_within_a_frame_agree(pair: Pair) -> None:
+    random = Random(8)
+    changed = 0.0
+    for _ in range(4):
+        path = pair.random_script(random, 5, events=0.2)
+        frames = replay(pair.world, path.states, path.actions)
+        document = pair.document(path)
+        values = asked(pair, frames, "P(rho > 0 | script[:t, cheese])")
+        ends = asked(pair, frames, "P(rho > 0 | script[:t])")
+        assert asked(pair, frames, "P(rho > 0 | script[:t, robot])") == pytest.approx(ends[1:])
+        for t in range(1, 6):
+            belief = R.posterior_within(pair.reference, document, t, 1)
+            expected = sum(p for i, p in belief.items() if helps(pair.reference.hypotheses[i]))
+            assert values[t - 1] == pytest.approx(expected, abs=1e-6)
+        changed = max(changed, float(abs(values - ends[1:]).max()))
+    assert changed > 0.01, "the robot's action never told anything"
+
+
+@pytest.mark.parametrize("who", ["cheese", "robot"])
+def test_predictions_of_the_next_action_agree(pair: Pair, who: str) -> None:
+    random = Random(who)
+    for _ in range(2):
+        path = pair.random_script(random, 3, events=0.2)
+        frames = replay(pair.world, path.states, path.actions)
+        document = pair.document(path)
+        for assume in (None, "nothing"):
+            values = asked(pair, frames, f"next({who} | script[:t])", assume)
+            assert values.sum(-1) == pytest.approx(1.0)
+            for t in range(4):
+                expected = R.next_action(
+                    pair.reference, document, t, who, None if assume else rational
+                )
+                for action, value in zip(pair.vocabulary.actions, values[t], strict=True):
+                    assert value == pytest.approx(expected.get(action, 0.0), abs=1e-6)
+
+
+def test_an_objective_may_ask_within_a_frame(pair: Pair) -> None:
+    """Of the frame at hand a fold knows it; of an earlier one it keeps the history."""
+    within = "sum_t (P(rho > 0 | script[:t, cheese]) + KL(script[:t-1] || script[:t, cheese]))"
+    path = pair.random_script(Random(9), 5, events=0.2)
+    frames = replay(pair.world, path.states, path.actions)
+    text = "world w\nlength 5\nrationality 0\nplausibility 0\nmaximize "
+    score = fold_score(pair, text + within, frames)
+    assert score == pytest.approx(float(asked(pair, frames, within)), abs=1e-9)
+    earlier = "sum_{t in 2..T} P(rho > 0 | script[:t-1, cheese])"
+    assert story_objective(pair.story(text + earlier), pair.world).keeps_history

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -367,6 +368,14 @@ def test_query(script: Path, i2p: Run) -> None:
     table = i2p("query", script, "P(G_robot | script[:t])").out.splitlines()
     assert table[0].split() == ["t", "pink", "green", "none"]
     assert len(table) == 5
+    joint = i2p("query", script, "P(G_robot, rho | script[:t])").out.splitlines()
+    assert joint[0].split()[:5] == ["t", "G_robot", "rho", "=", "-3"]
+    assert [line.split()[:2] for line in joint[1:4]] == [
+        ["0", "pink"],
+        ["0", "green"],
+        ["0", "none"],
+    ]
+    assert len(joint) == 13
     free = i2p("query", script, "P(rho | script[:0])", "--assume", "nothing").out.splitlines()
     assert free[-1].split() == ["unknown", "0.0882353"]
 
@@ -385,6 +394,19 @@ def test_query_json(script: Path, i2p: Run) -> None:
     assert sum(whole["value"].values()) == pytest.approx(1)
     many = ask("P(rho | script[:t])")
     assert [sum(row.values()) for row in many["value"]] == pytest.approx([1] * 4)
+    one = ask("P(G_cheese, rho | script[:2])", "--assume", "nothing")["value"]
+    goals, attitudes = one["axes"]
+    assert goals == {"name": "G_cheese", "values": ["pink", "green", "unknown"]}
+    assert attitudes == {"name": "rho", "values": ["-3", "-1", "0", "1", "3", "unknown"]}
+    sums = np.array(one["probabilities"]).sum(0)
+    assert dict(zip(attitudes["values"], sums, strict=True)) == pytest.approx(whole["value"])
+    joint = ask("P(G_cheese, rho | script[:t])")
+    assert joint["t"] == [0, 1, 2, 3]
+    assert np.shape(joint["value"]["probabilities"]) == (4, 3, 6)
+    ahead = ask("next(cheese | script[:t])")["value"]
+    assert [set(row) for row in ahead] == [{"north", "south", "east", "west", "stay"}] * 4
+    within = ask("P(rho > 0 | script[:t, cheese])")
+    assert within["t"] == [1, 2, 3]
     nothing = "P(rho > 0 | script[:t]) - P(rho > 0 | script[:t])"
     assert ask(f"log({nothing})")["value"] == [None] * 4  # JSON has no infinity
     assert ask(f"1 / ({nothing})")["value"] == [None] * 4
@@ -722,7 +744,7 @@ def test_a_lost_interrupt_is_sent_again() -> None:
 
 
 def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from i2pdsl.render import film
+    from i2pdsl.render.grid import film
 
     def full(*_: Any, **__: Any) -> None:
         raise RuntimeError("ffmpeg failed: No space\nleft on device")

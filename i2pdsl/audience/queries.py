@@ -102,6 +102,48 @@ def suspense(
         chance, valid: [..., n_1 * n_2].
         groups: one-hot [H, V].
     """
+    weight, belief = _ahead(log_belief, log_rows, chance, valid, mask, forgetting)
+    shares = marginal(belief, groups, mask)  # [..., n_1, n_2, O, V]
+    mean = (weight[..., None] * shares).sum((-4, -3))
+    spread = (shares - mean[..., None, None, :, :]) ** 2
+    return (weight[..., None] * spread).sum((-4, -3)).sum(-1).mean(-1)
+
+
+def prediction(
+    log_belief: Array,
+    log_rows: tuple[Array, ...],
+    chance: Array,
+    valid: Array,
+    who: int,
+    actions: tuple[int, ...],
+    mask: Array,
+    forgetting: Array,
+) -> Array:
+    """The probability of each next action of a character, as the audience predicts it: the
+    mixture of the policies under all hypotheses, and over what those do who act before. [..., A].
+
+    Args:
+        log_belief, log_rows, chance, valid: as for `suspense`.
+        who: 0 or 1, in the order of acting.
+        actions: the action of each of the n_who branches.
+    """
+    xp = _namespace(log_belief)
+    weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting)
+    own = weight.sum(-3 if who else -2).mean(-1)  # [..., n_who]
+    kinds = max(actions) + 1
+    return own @ ((xp.asarray(actions)[:, None] == xp.arange(kinds)) * 1.0)
+
+
+def _ahead(
+    log_belief: Array,
+    log_rows: tuple[Array, ...],
+    chance: Array,
+    valid: Array,
+    mask: Array,
+    forgetting: Array,
+) -> tuple[Array, Array]:
+    """The probability of each next frame as the audience predicts it, [..., n_1, n_2, O], and the
+    belief after it, [..., n_1, n_2, O, H]."""
     xp = _namespace(log_belief)
     belief = log_belief[..., None, None, :, :]
     log_weight: Any = 0.0
@@ -109,10 +151,5 @@ def suspense(
         predicted = log_sum(belief + row, mask) - log_sum(belief, mask)
         log_weight = log_weight + predicted
         belief = update(belief, row, forgetting)
-    shares = marginal(belief, groups, mask)  # [..., n_1, n_2, O, V]
-    shape = shares.shape[:-2]
-    outcome = (chance * valid).reshape(shape)
-    weight = xp.exp(log_weight) * outcome[..., None]  # [..., n_1, n_2, O]
-    mean = (weight[..., None] * shares).sum((-4, -3))
-    spread = (shares - mean[..., None, None, :, :]) ** 2
-    return (weight[..., None] * spread).sum((-4, -3)).sum(-1).mean(-1)
+    outcome = (chance * valid).reshape(belief.shape[:-2])
+    return xp.exp(log_weight) * outcome[..., None], belief

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import time
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, check_writable, output, output_json, show
-from i2pdsl.computing import computing
 from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
+from i2pdsl.output import DONE, check_writable, output, output_json, show
 
 if TYPE_CHECKING:
-    from i2pdsl.language.story import TypedStory
+    from i2pdsl.library.pack import Packed
 
 
 @click.command()
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def compile(folder: str, library: str, no_programs: bool, as_json: bool) -> int:
     """Check the stories of a folder and pack its patterns into a library."""
-    from i2pdsl.library.document import SUFFIX, with_hash, write_document
+    from i2pdsl.language.packed import SUFFIX, write_contents
     from i2pdsl.library.pack import pack
     from i2pdsl.untrusted import is_plain_name
 
@@ -37,64 +37,60 @@ def compile(folder: str, library: str, no_programs: bool, as_json: bool) -> int:
     began = time.perf_counter()
     packed = pack(Path(folder), story_files(folder), path.stem)
     show(packed.warnings)
-    document = packed.library.document
+    shapes: list[dict[str, Any]] = []
     traced: list[str] = []
     if not no_programs:
-        shapes, traced = compile_programs(packed.stories, document["stories"])
-        document = with_hash({**document, "shapes": shapes})
-    size = write_document(path, document)
+        shapes, traced = compile_programs(packed)
+    data = write_contents(path, packed.library.contents)
     seconds = time.perf_counter() - began
+    stories = len(packed.stories)
+    names = list(packed.library.definitions)
     summary = {
         "library": str(path),
-        "name": document["name"],
-        "hash": document["hash"],
-        "patterns": [pattern["name"] for pattern in packed.library.patterns],
-        "lets": len(document["lets"]),
-        "stories": len(document["stories"]),
-        "shapes": document["shapes"],
+        "name": packed.library.name,
+        "hash": f"sha256:{sha256(data).hexdigest()}",
+        "patterns": names,
+        "lets": len(packed.library.lets),
+        "stories": stories,
+        "shapes": shapes,
         "traced": len(traced),
-        "bytes": size,
+        "bytes": len(data),
         "seconds": round(seconds, 3),
     }
     if as_json:
         output_json(summary)
         return DONE
-    patterns, stories = len(summary["patterns"]), len(document["stories"])
-    output(
-        f"{path}: {counted(patterns, 'pattern')}, {counted(stories, 'story', 'stories')} checked"
-    )
+    checked = counted(stories, "story", "stories")
+    output(f"{path}: {counted(len(names), 'pattern')}, {checked} checked")
     if not no_programs:
-        sharing = sum(len(s["stories"]) for s in document["shapes"] if len(s["stories"]) > 1)
-        shapes_ = counted(len(document["shapes"]), "shape")
+        sharing = sum(len(s["stories"]) for s in shapes if len(s["stories"]) > 1)
+        shapes_ = counted(len(shapes), "shape")
         output(f"  {shapes_} of search ({sharing} of {stories} stories share one), "
                f"{len(traced)} compiled now")  # fmt: skip
-    output(f"  {size / 1000:.1f} kB, {seconds:.1f} s")
+    output(f"  {len(data) / 1000:.1f} kB, {seconds:.1f} s")
     return DONE
 
 
-def compile_programs(
-    stories: list[tuple[Path, TypedStory]], records: list[dict[str, Any]]
-) -> tuple[list[dict[str, Any]], list[str]]:
+def compile_programs(packed: Packed) -> tuple[list[dict[str, Any]], list[str]]:
     """Compiles each shape of search once, into the user's cache.
 
-    Returns: the library's `shapes`, and those that had to be traced. Raises StoryError with the
-    stories that cannot be searched.
+    Returns: `shape`, `world` and `stories` of each, and the shapes that had to be traced. Raises
+    StoryError with the stories that cannot be searched.
     """
     from i2pdsl.pipeline import Story
     from i2pdsl.progress import Bars
+    from i2pdsl.search.searches import search_of
 
     shapes: dict[str, dict[str, Any]] = {}
     problems: list[Diagnostic] = []
     traced: list[str] = []
     done = 0
-    with Bars() as bars, computing(bars.say):
-        from i2pdsl.search.prepare import prepare
-
+    with Bars() as bars:
         try:
-            for (path, typed), record in zip(stories, records, strict=True):
-                bars.compiling(done, len(stories))
+            for (path, typed), record in zip(packed.stories, packed.library.stories, strict=True):
+                bars.compiling(done, len(packed.stories))
                 try:
-                    program = prepare(Story(typed, path.parent), bars.watch)
+                    program = search_of(typed).prepare(Story(typed, path.parent).task(bars.watch))
                 except StoryError as problem:
                     problems.extend(problem.diagnostics)
                     continue

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json, show
+from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json, show
 
 if TYPE_CHECKING:
-    from i2pdsl.library.read import PatternLibrary
+    from i2pdsl.library.description import PatternLibrary
 
 
 @click.command()
@@ -27,9 +27,14 @@ def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_
     if page is not None:
         return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), as_json)
     from i2pdsl.library.examples import gallery_files
+    from i2pdsl.library.fits import NOT_TRIED, was_tried
 
     pictures = {path.stem: str(path) for path in gallery_files(place)}
-    found = [described(p, opened, place, pictures) for p in opened.patterns]
+    found = [described(p, place, pictures) for p in opened.patterns]
+    untried = [p["name"] for p in opened.patterns if not was_tried(p)]
+    if untried:
+        message = f"it is not known of {len(untried)} of them which worlds they fit: {NOT_TRIED}"
+        click.echo(message, err=True)
     if as_json:
         output_json(found)
         return DONE
@@ -37,7 +42,7 @@ def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_
         if number:
             output("")
         output(pattern["signature"])
-        for line in in_words(pattern):
+        for line in in_words(pattern, pattern["name"] not in untried):
             output(f"    {line}")
     if not pictures:
         click.echo("no pictures yet: `i2p patterns --page FOLDER` draws a catalogue", err=True)
@@ -49,14 +54,16 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
 
     The standard patterns are packed from their files, with their stories if they are asked for.
     """
-    from i2pdsl.library.document import SUFFIX
+    from i2pdsl.language.imports import read_library
+    from i2pdsl.language.packed import SUFFIX
+    from i2pdsl.library.description import PatternLibrary
     from i2pdsl.library.pack import pack
-    from i2pdsl.library.read import read_library
     from i2pdsl.resources import data_folder
     from i2pdsl.untrusted import plain_name
 
     if library is not None and library.endswith(SUFFIX):
-        return read_library(Path(library)), Path(library)
+        place = Path(library)
+        return PatternLibrary(plain_name(place.stem), read_library(place)), place
     stories = data_folder("stories")
     place = Path(library) if library is not None else stories / "patterns"
     if library is None and with_stories:
@@ -68,12 +75,9 @@ def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrar
     return packed.library, place
 
 
-def described(
-    pattern: dict[str, Any], library: PatternLibrary, place: Path, pictures: dict[str, str]
-) -> dict[str, Any]:
+def described(pattern: dict[str, Any], place: Path, pictures: dict[str, str]) -> dict[str, Any]:
     """A pattern as plain data; `worlds` are those that it fits."""
     from i2pdsl.library.examples import picture_name
-    from i2pdsl.library.fits import held_against_worlds
 
     folder = place if place.is_dir() or place.suffix == ".i2plib" else place.parent
     drawn = {world: picture_name(pattern["name"], world) for world in pattern["worlds"]}
@@ -85,18 +89,19 @@ def described(
         "file": str(folder / pattern["file"]),
         "parameters": pattern["parameters"],
         "result": pattern["result"],
-        "worlds": held_against_worlds(pattern, library),
+        "worlds": [world for world, proof in pattern["worlds"].items() if proof["fits"]],
         "examples": pattern["examples"],
         "pictures": {world: pictures[n] for world, n in drawn.items() if n in pictures},
     }
 
 
-def in_words(pattern: dict[str, Any]) -> list[str]:
+def in_words(pattern: dict[str, Any], is_tried: bool) -> list[str]:
     """What is said below a pattern's signature."""
     lines = str(pattern["documentation"]).splitlines()
     kinds = [f"{p['name']}: {p['kind']}" for p in pattern["parameters"]]
     lines += [", ".join(kinds)] if kinds else []
-    lines.append("fits " + (", ".join(pattern["worlds"]) or "no world that is known here"))
+    rest = "" if is_tried else "; other worlds were not tried"
+    lines.append(f"fits {', '.join(pattern['worlds']) or 'no world that is known here'}{rest}")
     return lines + [f"picture: {path}" for path in pattern["pictures"].values()]
 
 

@@ -20,20 +20,20 @@ from i2pdsl.editor.surroundings import Surroundings, surroundings
 from i2pdsl.editor.words import explanation, spellings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS, ONCE, STATEMENT_WORDS
+from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED, HIDDEN
 
 __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surroundings"]
 
-_NUMERIC = frozenset(
-    ("P_KW", "E_KW", "KL_KW", "ENTROPY_KW", "SURPRISE_KW", "SUSPENSE_KW", "LAST_KW")
-)
+_HIDDEN = HIDDEN.terminal
+_NUMERIC = frozenset((*BY_TERMINAL, "LAST_KW")) - {_HIDDEN}
 _NUMBER = _NUMERIC | {"BIG_T", "BIG_OPEN", "LSQB", "LPAR", "MINUS", "IF_KW", "T_VAR", "T_END"}
-_QUANTITY = frozenset(("V_KW", "LPAR", "MINUS", "IF_KW", "NOT_KW", "T_VAR", "T_END"))
+_QUANTITY = frozenset((_HIDDEN, "LPAR", "MINUS", "IF_KW", "NOT_KW", "T_VAR", "T_END"))
 _INDEX = frozenset(("T_VAR", "T_END", "LAST_KW", "LPAR", "MINUS", "COLON"))
 _SCRIPT = frozenset(("SCRIPT_KW", "LPAR"))
 _EVENT = frozenset(("NOT_KW", "LPAR"))
 _FITTING: dict[str, frozenset[str]] = {
-    "any": _NUMBER | _SCRIPT | _EVENT | {"V_KW"},
-    "number": _NUMBER | {"V_KW"},
+    "any": _NUMBER | _SCRIPT | _EVENT | {_HIDDEN},
+    "number": _NUMBER | {_HIDDEN},
     "constant": frozenset(("MINUS", "LPAR")),
     "condition": _NUMBER | {"NOT_KW"},
     "index": _INDEX,
@@ -174,14 +174,19 @@ def _operands(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterator[Off
     if not slot.reductions:
         fitting = fitting - {"BIG_T", "BIG_OPEN"}
     if not slot.value:
-        fitting = fitting - {"V_KW"}
+        fitting = fitting - {_HIDDEN}
     chosen = (fitting & accepts) - _NO_SENSE_BEGINNING
     if "RPAR" in accepts and _may_be_empty(place):
         chosen |= {"RPAR"}
-    words = list(_terminals(chosen))
+    words = [w for w in _terminals(chosen) if not (place.keyword and _is_table(w.text))]
     yield from (w for w in words if w.kind not in _LAST)
     yield from functions_at(slot)
     yield from (w for w in words if w.kind in _LAST)
+
+
+def _is_table(word: str) -> bool:
+    """Whether a word is a form that only a query can ask for."""
+    return word in BY_NAME and BY_NAME[word].is_table
 
 
 def _may_be_empty(place: Place) -> bool:
@@ -202,7 +207,7 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
-    if not scripts and kind not in ("E_KW", "PLUSPLUS"):
+    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS"):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`

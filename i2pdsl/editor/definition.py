@@ -14,7 +14,8 @@ from i2pdsl.editor.reading import Reading, read_before
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source, Span, StoryError
 from i2pdsl.language import ast
-from i2pdsl.language.scope import COMPILED, find_library
+from i2pdsl.language.imports import find_library
+from i2pdsl.language.packed import SUFFIX
 from i2pdsl.language.statements import read_source
 from i2pdsl.resources import cache_folder, write_text
 from i2pdsl.worlds.find import world_path
@@ -88,7 +89,7 @@ def _library(target: ast.Name | ast.Text, around: Surroundings) -> Span | None:
         paths = find_library(target, around.folder)
     except StoryError:
         return None
-    if not paths or paths[0].suffix == COMPILED:
+    if not paths or paths[0].suffix == SUFFIX:
         return None
     return _beginning(paths[0])
 

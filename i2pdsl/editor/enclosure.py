@@ -7,22 +7,15 @@ from dataclasses import dataclass, field
 
 from lark import Token
 
+from i2pdsl.language.forms import BY_TERMINAL
+
 OPERAND_ENDS = frozenset(
     ("NAME", "NUMBER", "STRING", "SCRIPT_KW", "T_VAR", "T_END", "RPAR", "RSQB", "RBRACE")
 )
 COMPARISONS = frozenset(("LT", "LE", "EQ", "NE", "GE", "GT"))
 _REDUCTIONS = ("BIG_T", "BIG_RANGE")
 _ENDS_SUM = COMPARISONS | {"IN_KW", "AND_KW", "OR_KW", "THEN_KW", "ELSE_KW", "PLUSPLUS"}
-_FORMS = {
-    "P_KW": "P",
-    "E_KW": "E",
-    "V_KW": "V",
-    "KL_KW": "KL",
-    "ENTROPY_KW": "entropy",
-    "SURPRISE_KW": "surprise",
-    "SUSPENSE_KW": "suspense",
-    "LAST_KW": "last",
-}
+_FORMS = (*BY_TERMINAL, "LAST_KW")
 _SEPARATORS = ("COMMA", "SEMI", "BAR", "DBAR", "AT", "COLON", "RANGE")
 _SETTINGS = {"WORLD_KW": "world", "AUDIENCE_KW": "audience", "SEARCH_KW": "search"}
 
@@ -39,6 +32,7 @@ class Enclosure:
         part: the tokens of the part at hand; closed brackets stand in it as their last token.
         given: all tokens since the bar, with those inside round brackets.
         parts: the parts before, each as its tokens.
+        barred: whether a bar stands before.
     """
 
     kind: str
@@ -47,6 +41,7 @@ class Enclosure:
     part: list[Token] = field(default_factory=list)
     given: list[Token] = field(default_factory=list)
     parts: list[list[Token]] = field(default_factory=list)
+    barred: bool = False
 
     @property
     def argument(self) -> str:
@@ -107,6 +102,7 @@ def enclosures(tokens: Iterable[Token], expression: bool) -> list[Enclosure]:
         elif token.type in _SEPARATORS and not _inside_move(top, token):
             top.parts.append(top.part)
             top.part, top.separator = [], token.type
+            top.barred = top.barred or token.type in ("BAR", "DBAR")
             if token.type in ("BAR", "SEMI", "DBAR", "AT"):
                 top.given = []
         elif not top.name and top.kind == "statement":
@@ -131,7 +127,7 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
     if token.type == "LBRACE":
         return Enclosure("set", _compared(top.part))
     if last in _FORMS:
-        return Enclosure(_FORMS[last])
+        return Enclosure(str(before))
     if token.type == "LSQB":
         if last == "PLUSPLUS":
             return Enclosure("turn")

@@ -16,19 +16,14 @@ from i2pdsl.editor.types import type_of
 from i2pdsl.editor.words import explanation
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
+from i2pdsl.language.forms import BY_TERMINAL
 from i2pdsl.language.kinds import KINDS, parameter_kinds, result_kind
 from i2pdsl.language.parse import parse_expression
 
 _SILENT = ("space", "comment", "number", "string", "operator", "sign", "bracket", "error")
 _TELLING = ("++", "@", "in")  # operators that are forms of the language
 _FORMS: dict[str, tuple[type[ast.Node], ...]] = {
-    "P_KW": (ast.Probability,),
-    "E_KW": (ast.Expectation,),
-    "V_KW": (ast.ValueOf,),
-    "KL_KW": (ast.Divergence,),
-    "ENTROPY_KW": (ast.Entropy,),
-    "SURPRISE_KW": (ast.Surprise,),
-    "SUSPENSE_KW": (ast.Suspense,),
+    **dict.fromkeys(BY_TERMINAL, (ast.Form,)),
     "LAST_KW": (ast.LastOf,),
     "BIG_T": (ast.Reduction,),
     "BIG_OPEN": (ast.Reduction,),

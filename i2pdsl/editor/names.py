@@ -50,10 +50,6 @@ _SORTS = {
 _LATENTS = ("any", "event", "assumption", "quantity", "quantity or value", "latent")
 _HIDDEN = (*_LATENTS, "latent or script", "script or event")
 _WITHOUT_BELIEFS = ("value", "quantity", "quantity or value", "index", "constant", "cell")
-_BELIEFS = (
-    ast.Probability, ast.Expectation, ast.Divergence, ast.Entropy, ast.Surprise, ast.Suspense,
-    ast.Holds, ast.Reduction,
-)  # fmt: skip
 MOST_LOOKED_AT = 200  # lets and patterns; of more, those come first that begin as what is typed
 _CALCULATED = ("any", "number", "condition", "quantity", "quantity or value")
 
@@ -147,7 +143,7 @@ def _used(definition: Definition, known: dict[int, bool]) -> Iterator[Definition
     """The definitions that one uses; where it has beliefs in itself, that is noted."""
     item = definition.item
     for node in ast.walk(item.value if isinstance(item, ast.Let) else item.body):
-        if isinstance(node, _BELIEFS):
+        if ast.is_belief(node) or isinstance(node, ast.Reduction):
             known[id(item)] = True
         name = node.callee.id if isinstance(node, ast.Call) else ""
         used = definition.module.find(node.id if isinstance(node, ast.Name) else name)

@@ -10,7 +10,7 @@ from i2pdsl.editor.slots import Place, Slot
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source
 from i2pdsl.language.check import known_worlds
-from i2pdsl.language.scope import COMPILED
+from i2pdsl.language.packed import SUFFIX
 from i2pdsl.language.settings import AUDIENCES, SEARCH_SETTINGS
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.vocabulary import Setting
@@ -51,7 +51,7 @@ def _libraries(place: Place, _: Slot) -> Iterator[Offer]:
     """Those beside the file; then the standard ones, which are known without an import."""
     folder = place.around.folder or Path()
     for path in _entries(folder):
-        name = path.stem if path.suffix in (".story", COMPILED) else path.name
+        name = path.stem if path.suffix in (".story", SUFFIX) else path.name
         if name.isidentifier() and _is_library(path, place.around):
             yield Offer(name, "library", path.name)
     for path in _entries(data_folder("stories") / "patterns"):
@@ -72,7 +72,7 @@ def _is_library(path: Path, around: Surroundings) -> bool:
         if path.is_dir():
             files = sorted(path.glob("*.story"))[:1]
             return bool(files) and _is_library(files[0], around)
-        if path.suffix == COMPILED:
+        if path.suffix == SUFFIX:
             return True
         if path.suffix != ".story":
             return False

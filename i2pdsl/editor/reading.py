@@ -13,6 +13,7 @@ from i2pdsl.errors import Source, Span, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.build import Builder
 from i2pdsl.language.builtins import STATEMENT_WORDS
+from i2pdsl.language.forms import EXPECTED
 from i2pdsl.language.parse import statement_tree, tables
 from i2pdsl.language.statements import (
     DEEPEST,
@@ -214,7 +215,11 @@ def _open_levels(text: str) -> list[tuple[int, int, list[Piece]]]:
                 before.terminal == "NAME" or before.kind in ("form", "function")
             )
             called = called and piece.terminal in ("LPAR", "LSQB")
-            if piece.terminal == "LSQB" and before is not None and before.terminal != "E_KW":
+            if (
+                piece.terminal == "LSQB"
+                and before is not None
+                and before.terminal != EXPECTED.terminal
+            ):
                 called = False
             head = before.start if called and before is not None else piece.start
             levels.append((head, piece.end, []))

@@ -10,6 +10,7 @@ from i2pdsl.editor.enclosure import COMPARISONS, Enclosure, argument_name
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
+from i2pdsl.language.forms import ABOUT, APART, BY_NAME, UNSURE
 from i2pdsl.language.kinds import parameter_kinds
 from i2pdsl.language.scope import Module
 
@@ -42,16 +43,14 @@ _OF_STATEMENT = {
     "audience": "audience",
     "search": "search",
 }
-_INSIDE = {  # the first part of a form
-    "P": "event",
-    "E": "quantity",
-    "V": "character",
-    "KL": "latent or script",
-    "entropy": "latent or script",
-    "surprise": "script",
-    "suspense": "latent",
-    "last": "script",
-}
+
+
+def _first_part(word: str) -> str:
+    """What the first part of a form holds; that of `last` is a script."""
+    form = BY_NAME.get(word)
+    if form is None or not form.about:
+        return "script"
+    return f"{form.about} or script" if form.shape in (APART, UNSURE) else form.about
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,7 @@ class Place:
         sums = [e.in_sum for e in self.stack]
         calls = any(e.kind == "call" and self._pattern(e.name) for e in self.stack)
         free = self.keyword in ("let", "pattern") or self.stack[0].kind == "expression"
-        quantity = any(e.kind == "E" and not e.separator for e in self.stack)
+        quantity = any(_first_part(e.kind) == "quantity" and not e.separator for e in self.stack)
         return replace(
             slot,
             time=free or calls or any(sums),
@@ -155,7 +154,7 @@ class Place:
             case "settings":
                 return self._of_setting(enclosure)
             case "index":
-                return Slot("index")
+                return Slot("character" if enclosure.separator == "COMMA" else "index")
             case "range":
                 return Slot("index" if enclosure.separator or enclosure.part else "nothing")
             case "holds":
@@ -169,9 +168,13 @@ class Place:
         if enclosure.separator == "COMMA":
             # `entropy(script[:t], ...)` has no bar.
             given = [*enclosure.given, *(t for p in enclosure.parts for t in p)]
-            seen = enclosure.kind == "KL" or any(map(self.is_script, given))
+            form = BY_NAME.get(enclosure.kind)
+            if form is not None and form.shape is ABOUT and not enclosure.barred:
+                return Slot("latent" if form.tabulates and not form.is_table else "nothing")
+            apart = form is not None and form.shape is APART
+            seen = apart or any(map(self.is_script, given))
             return Slot("event" if seen else "script or event")
-        return Slot(_INSIDE[enclosure.kind])
+        return Slot(_first_part(enclosure.kind))
 
     def is_script(self, token: Token) -> bool:
         """Whether a token is a script, or a name that may be one."""

@@ -12,9 +12,10 @@ from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.check import FindWorld
 from i2pdsl.language.elaborate import Elaborator
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.kinds import Inference
 from i2pdsl.language.parse import parse_tolerantly
-from i2pdsl.language.scope import Definition, Env, Module, build_module, standard_library
+from i2pdsl.language.scope import Definition, Env, Module, standard_library
 from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.vocabulary import Vocabulary

@@ -53,9 +53,9 @@ def _in_words(item: Item, inside: str) -> str:
     if item.kind in _WORDS:
         return _WORDS[item.kind]
     value = item.value
-    if isinstance(value, ty.Distribution):
-        name = item.latent.name if item.latent is not None else "a latent"
-        return f"distribution over {name}" + _axes(value.axes)
+    if isinstance(value, ty.Belief) and value.labels:
+        over = " and ".join(axis.name for axis in value.labels)
+        return f"distribution over {over}" + _axes(value.axes)
     if item.kind == "truth":
         return "event" if inside == "event" else "condition" + _axes(value.axes)
     return "number" + _axes(value.axes)

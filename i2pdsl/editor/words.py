@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from i2pdsl.editor.colours import KINDS
-from i2pdsl.language.builtins import Word, word_named
+from i2pdsl.language.builtins import word_named
+from i2pdsl.language.forms import BY_TERMINAL, Word
 from i2pdsl.language.parse import grammar
 
 
@@ -18,6 +19,8 @@ def spellings() -> dict[str, tuple[str, ...]]:
         if KINDS[terminal.name] == "reduction":
             end = "_t" if terminal.name == "BIG_T" else "_{"
             found[terminal.name] = tuple(f"{w}{end}" for w in ("sum", "mean", "min", "max"))
+        elif terminal.name in BY_TERMINAL:
+            found[terminal.name] = tuple(form.name for form in BY_TERMINAL[terminal.name])
         elif pattern.type == "str":
             found[terminal.name] = (str(pattern.value),)
         elif KINDS[terminal.name] in ("keyword", "form", "story"):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from i2pdsl.errors import Source, Span
+from i2pdsl.language import forms
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +63,11 @@ class SetOf(Node):
 
 @dataclass(frozen=True, slots=True)
 class Prefix(Node):
-    """`script[:end]`."""
+    """`script[:end]`, or `script[:end, until]`: of the last frame only up to someone's action."""
 
     script: Expr
     end: Expr
+    until: Expr | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,50 +203,21 @@ class LastOf(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Probability(Node):
-    """`P(event | given, ...)`; `given` holds the script and the further conditions as written."""
+class Form(Node):
+    """A form about what viewers believe, `NAME(about | given, ...)` (forms.py has the names).
 
-    event: Expr
+    `given` holds scripts and further conditions as written; of a divergence the two scripts stand
+    first.
+    """
+
+    name: str
+    about: tuple[Expr, ...]
     given: tuple[Expr, ...]
 
-
-@dataclass(frozen=True, slots=True)
-class Expectation(Node):
-    quantity: Expr
-    given: tuple[Expr, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class ValueOf(Node):
-    who: Expr
-
-
-@dataclass(frozen=True, slots=True)
-class Divergence(Node):
-    """`KL(latent; first || second, condition, ...)`."""
-
-    latent: Expr | None
-    first: Expr
-    given: tuple[Expr, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Entropy(Node):
-    """`entropy(latent | given, ...)`, or `entropy(given)` of the whole hypothesis."""
-
-    latent: Expr | None
-    given: tuple[Expr, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Surprise(Node):
-    frame: Expr
-
-
-@dataclass(frozen=True, slots=True)
-class Suspense(Node):
-    latent: Expr
-    given: tuple[Expr, ...]
+    @property
+    def kind(self) -> forms.Form:
+        """Its entry in the table of forms."""
+        return forms.BY_NAME[self.name]
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,13 +253,7 @@ Expr = (
     | Reduction
     | Call
     | LastOf
-    | Probability
-    | Expectation
-    | ValueOf
-    | Divergence
-    | Entropy
-    | Surprise
-    | Suspense
+    | Form
     | Holds
 )
 
@@ -443,3 +410,9 @@ def walk(node: Node) -> Iterator[Node]:
         part = stack.pop()
         yield part
         stack.extend(children(part))
+
+
+def is_belief(node: Node) -> bool:
+    """Whether a node asks what viewers believe or see, and no event or quantity can hold it."""
+    is_form = isinstance(node, Form) and node.kind.shape is not forms.HIDDEN
+    return is_form or isinstance(node, Holds)

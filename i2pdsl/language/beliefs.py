@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import product
+from typing import Any
 
 from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
-from i2pdsl.language.evaluate import NotFiniteError, by_hypothesis, fold_hypotheses, is_pure
+from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypotheses, is_pure
+from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
+MOST_CELLS = 10_000  # of a table of several latents
 UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
 
@@ -29,7 +34,7 @@ class Beliefs(Frames):
             hint = "beliefs and frames cannot stand inside an event"
             raise self.blame("event", message, node, env, hint)
         try:
-            return tuple(map(bool, by_hypothesis(value, self.world.hypotheses)))
+            return tuple(map(bool, finite_values(value, self.world.hypotheses)))
         except NotFiniteError as problem:
             raise self.not_finite(problem, node, env) from None
 
@@ -90,42 +95,139 @@ class Beliefs(Frames):
     def rational_rows(self, *latents: str) -> ty.Mask:
         return tuple(all(row.get(x) for x in latents) for row in self.world.hypotheses)
 
-    def refuse_without_script(
-        self,
-        what: str,
-        node: ast.Node,
-        operand: ast.Expr,
-        given: tuple[ast.Expr, ...],
-        env: Env,
-        form: str,
-    ) -> None:
-        """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
-        if given:
-            return
-        missing = f"{what} without a script"
-        if self.is_script(operand, env):
-            missing = f"{what} of what? only the script is given"
-        raise self.fail("no-script", missing, node.span, env, f"write `{form}`")
-
-    def on_probability(self, node: ast.Probability, env: Env) -> Item:
-        form = "P(EVENT | script[:t])"
-        self.refuse_without_script("a probability", node, node.event, node.given, env, form)
-        latent = self.latent_named(node.event, env)
-        if latent is not None and latent.kind != "truth":
-            if not self.query:
-                message = f"this is a distribution over the values of `{latent.name}`, not a number"
-                hint = f"ask for an event: `{latent.name} = {show_value(latent.values[0])}`"
-                raise self.blame("distribution", message, node.event, env, hint)
-            given = self.given(node.given, node, env, form)
-            return Item("symbol", ty.Distribution(self.partition(latent), given), latent)
-        event, given = self.both(
-            lambda: self.mask(node.event, env, "event"),
-            lambda: self.given(node.given, node, env, form),
+    def on_form(self, node: ast.Form, env: Env) -> Item:
+        """A form about beliefs, by what the table says of it."""
+        form = node.kind
+        if form.shape is HIDDEN:
+            return self.hidden_value(node, env)
+        self.refuse_without_script(form, node, env)
+        if form.looks_ahead and not self.world.enumerable:
+            message = f"{form.looks_ahead}, which needs actions that can be listed"
+            raise self.fail("world", message, node.span, env)
+        if self.is_tabulated(form, node, env):
+            return self.table(form, node, env)
+        about, givens = self.both(
+            lambda: self.about(form, node, env), lambda: self.givens(form, node, env)
         )
-        self.check_certain(event, given.mask, node, env)
-        return Item("number", ty.Probability(event, given))
+        if form.about == "event":
+            self.check_certain(about, givens[0].mask, node, env)
+        elif form.about == "quantity":
+            about, mask = self.expected(about, givens[0].mask, node.about[0], env)
+            givens = (ty.Given(givens[0].moment, mask),)
+        value = ty.Belief(form.name, about, givens)
+        self.check_whole_frame(form, value, node, env)
+        return Item("number", value)
 
-    def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Probability, env: Env) -> None:
+    def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
+        """What asks for the state after the given frames cannot be asked in the midst of one."""
+        if all(given.moment.seen is None for given in value.given):
+            return
+        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
+        if form.looks_ahead or values:
+            what = f"`{form.name}`" if form.looks_ahead else "`V`"
+            message = f"{what} needs the end of a frame, here someone has yet to act"
+            hint = "leave out who acted last: `script[:t]`"
+            raise self.fail("index", message, node.span, env, hint)
+
+    def refuse_without_script(self, form: Form, node: ast.Form, env: Env) -> None:
+        """`P(rho > 0)` has no script, `P(script[:t])` says nothing about anything."""
+        missing = f"{form.called} without a script"
+        if form.shape is APART:
+            if len(node.given) > 1:
+                return
+            message = f"{form.called} is between two beliefs, here is one script"
+            raise self.fail("divergence", message, node.span, env, _write(form))
+        if form.shape is UNSURE:
+            if node.about or any(self.is_script(g, env) for g in node.given):
+                return
+        elif node.given:
+            return
+        elif self.is_script(node.about[0], env):
+            missing = f"{form.called} of what? only the script is given"
+        raise self.fail("no-script", missing, node.span, env, _write(form))
+
+    def is_tabulated(self, form: Form, node: ast.Form, env: Env) -> bool:
+        """Whether a form makes a table: of a latent or several, or of a character's actions."""
+        if len(node.about) > 1 and not (form.tabulates and form.about == "event"):
+            message = f"`{form.name}` is about one {form.about}"
+            hint = _write(form)
+            raise self.fail("arguments", message, node.about[1].span, env, hint)
+        if not form.tabulates or form.is_table or len(node.about) > 1:
+            return form.tabulates
+        latent = self.latent_named(node.about[0], env)
+        return latent is not None and latent.kind != "truth"
+
+    def table(self, form: Form, node: ast.Form, env: Env) -> Item:
+        """A form that is a table of probabilities, for queries only."""
+        about, labels, latents = self.axes(form, node, env)
+        if not self.query:
+            over = "actions" if form.is_table else "values"
+            told = " and ".join(f"`{axis.name}`" for axis in labels)
+            message = f"this is a distribution over the {over} of {told}, not a number"
+            hint = "only a query can ask for it"
+            if latents:
+                events = (f"{x.name} = {show_value(x.values[0])}" for x in latents)
+                hint = f"ask for an event: `{' and '.join(events)}`"
+            raise self.blame("distribution", message, node.about[0], env, hint)
+        givens = self.givens(form, node, env)
+        value = ty.Belief(form.name, about, givens, labels)
+        self.check_whole_frame(form, value, node, env)
+        if len(latents) == 1:
+            return Item("symbol", value, latents[0])
+        return Item("table", value)
+
+    def axes(
+        self, form: Form, node: ast.Form, env: Env
+    ) -> tuple[Any, tuple[ty.Labels, ...], list[Latent]]:
+        """What a table is about, its axes, and their latents if it is about any."""
+        if form.is_table:
+            who = self.character(node.about[0], env)
+            return who, (ty.Labels(self.world.characters[who], self.world.actions),), []
+        latents = self.each([lambda n=n: self.joint(n, env) for n in node.about])  # type: ignore[misc]
+        for number, latent in enumerate(latents):
+            if latent in latents[:number]:
+                place = node.about[number]
+                raise self.blame("duplicate", f"`{latent.name}` stands here twice", place, env)
+        parts = [self.partition(latent) for latent in latents]
+        cells = math.prod(len(part.labels) for part in parts)
+        if cells > MOST_CELLS:
+            message = f"a table of {cells:,} probabilities; the most is {MOST_CELLS:,}"
+            raise self.fail("distribution", message, node.span, env, "ask about fewer latents")
+        labels = tuple(ty.Labels(x.name, p.labels) for x, p in zip(latents, parts, strict=True))
+        return _product(parts), labels, latents
+
+    def joint(self, node: ast.Expr, env: Env) -> Latent:
+        """One of the latents of a table."""
+        if isinstance(self.strip(node, env)[0], ast.Name):
+            return self.latent(node, env)
+        hint = "events are joined by `and`: `P(A and B | script[:t])`"
+        raise self.blame("latent", "expected the name of a latent", node, env, hint)
+
+    def about(self, form: Form, node: ast.Form, env: Env) -> Any:
+        """What a form is about: a mask, a partition, a quantity, or None for everything."""
+        if not node.about:
+            return None
+        operand = node.about[0]
+        if form.about == "event":
+            return self.mask(operand, env, "event")
+        if form.about == "latent":
+            return self.partition(self.latent(operand, env))
+        if env.inside:
+            return ty.Constant(0.0)  # `given` refuses a belief here
+        return self.number(operand, replace(env, inside="quantity"))
+
+    def givens(self, form: Form, node: ast.Form, env: Env) -> tuple[ty.Given, ...]:
+        """What a form is conditioned on: one script, or two."""
+        kind = "frame" if form.asks_frame else "prefix"
+        if form.shape is not APART:
+            return (self.given(node.given, node, env, form.written, kind),)
+        first, second, *conditions = node.given
+        return self.both(
+            lambda: self.given((first, *conditions), node, env, form.written),
+            lambda: self.given((second, *conditions), node, env, form.written),
+        )
+
+    def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
         """Warns where a probability is 0 or 1 whatever happens."""
         under = {e for e, m in zip(event, mask, strict=True) if m}
         if len(under) > 1:
@@ -135,20 +237,14 @@ class Beliefs(Frames):
         if len(by_assumption) == 1 and len(set(event)) > 1 and self.assumes_rationality:
             hint = _DROP
         message = f"this probability is always {int(under.pop())}, whatever happens"
-        is_argument = isinstance(node.event, ast.Name) and node.event.id in env.names
-        self.warn("certain", message, node.event if is_argument else node, env, hint)
+        operand = node.about[0]
+        is_argument = isinstance(operand, ast.Name) and operand.id in env.names
+        self.warn("certain", message, operand if is_argument else node, env, hint)
 
-    def on_expectation(self, node: ast.Expectation, env: Env) -> Item:
-        form = "E[QUANTITY | script[:t]]"
-        self.refuse_without_script("an expectation", node, node.quantity, node.given, env, form)
-
-        def quantity() -> ty.Typed:
-            if env.inside:
-                return ty.Constant(0.0)  # `given` refuses a belief here
-            return self.number(node.quantity, replace(env, inside="quantity"))
-
-        value, given = self.both(quantity, lambda: self.given(node.given, node, env, form))
-        mask = given.mask
+    def expected(
+        self, value: ty.Typed, mask: ty.Mask, node: ast.Expr, env: Env
+    ) -> tuple[ty.Typed, ty.Mask]:
+        """A quantity by hypotheses, and the mask of those of them under which it means anything."""
         for part in ty.walk(value):
             if isinstance(part, ty.ValueAt):
                 rational = self.world.rational.get(self.world.characters[part.who])
@@ -159,19 +255,18 @@ class Beliefs(Frames):
         if not self.can_hold(mask):
             message = "under these conditions no hypothesis gives this quantity a value"
             hint = UNTHINKABLE if any(mask) else None
-            raise self.blame("impossible", message, node.quantity, env, hint)
+            raise self.blame("impossible", message, node, env, hint)
         try:
-            value = fold_hypotheses(value, self.world.hypotheses, mask)
+            return fold_hypotheses(value, self.world.hypotheses, mask), mask
         except NotFiniteError as problem:
-            raise self.not_finite(problem, node.quantity, env) from None
-        return Item("number", ty.Expectation(value, ty.Given(given.moment, mask)))
+            raise self.not_finite(problem, node, env) from None
 
-    def on_valueof(self, node: ast.ValueOf, env: Env) -> Item:
+    def hidden_value(self, node: ast.Form, env: Env) -> Item:
         if env.inside != "quantity":
             message = f"`{shorten(node.span.text)}` depends on what is hidden from the viewers"
             hint = "take the viewers' expectation: `E[V(who) | script[:t]]`"
             raise self.fail("value", message, node.span, env, hint)
-        return Item("number", ty.ValueAt(self.character(node.who, env)))
+        return Item("number", ty.ValueAt(self.character(node.about[0], env)))
 
     def partition(self, latent: Latent) -> ty.Partition:
         """Which value of the latent each hypothesis has; the last label is `unknown`."""
@@ -194,51 +289,18 @@ class Beliefs(Frames):
             raise self.blame("latent", "expected the name of a latent", node, env, hint)
         return latent
 
-    def on_divergence(self, node: ast.Divergence, env: Env) -> Item:
-        form = "KL(script[:t-1] || script[:t])"
-        if not node.given:
-            message = "a divergence is between two beliefs, here is one script"
-            raise self.fail("divergence", message, node.span, env, f"write `{form}`")
-        conditions = node.given[1:]
-        partition, (first, second) = self.both(
-            lambda: self.optional_partition(node.latent, env),
-            lambda: self.both(
-                lambda: self.given((node.first, *conditions), node, env, form),
-                lambda: self.given(node.given, node, env, form),
-            ),
-        )
-        return Item("number", ty.Divergence(partition, first, second))
 
-    def on_entropy(self, node: ast.Entropy, env: Env) -> Item:
-        form = "entropy(LATENT | script[:t])"
-        if node.latent is None and not any(self.is_script(g, env) for g in node.given):
-            message = "an entropy without a script"
-            raise self.fail("no-script", message, node.span, env, f"write `{form}`")
-        partition, given = self.both(
-            lambda: self.optional_partition(node.latent, env),
-            lambda: self.given(node.given, node, env, form),
-        )
-        return Item("number", ty.Entropy(partition, given))
+def _write(form: Form) -> str:
+    return f"write `{form.written}`"
 
-    def optional_partition(self, node: ast.Expr | None, env: Env) -> ty.Partition | None:
-        """The partition by a latent; None for the whole hypothesis."""
-        return None if node is None else self.partition(self.latent(node, env))
 
-    def on_surprise(self, node: ast.Surprise, env: Env) -> Item:
-        given = self.given((node.frame,), node, env, "surprise(script[t])", "frame")
-        return Item("number", ty.Surprise(given))
-
-    def on_suspense(self, node: ast.Suspense, env: Env) -> Item:
-        form = "suspense(LATENT | script[:t])"
-        self.refuse_without_script("suspense", node, node.latent, node.given, env, form)
-        if not self.world.enumerable:
-            message = "suspense looks one frame ahead, which needs actions that can be listed"
-            raise self.fail("world", message, node.span, env)
-        partition, given = self.both(
-            lambda: self.partition(self.latent(node.latent, env)),
-            lambda: self.given(node.given, node, env, form),
-        )
-        return Item("number", ty.Suspense(partition, given))
+def _product(parts: list[ty.Partition]) -> ty.Partition:
+    """The partition by several latents together, the last of which changes fastest."""
+    labels = tuple(map(", ".join, product(*(part.labels for part in parts))))
+    index = [0] * len(parts[0].index)
+    for part in parts:
+        index = [i * len(part.labels) + j for i, j in zip(index, part.index, strict=True)]
+    return ty.Partition(labels, tuple(index))
 
 
 def _both(a: ty.Mask, b: ty.Mask) -> ty.Mask:

@@ -11,6 +11,7 @@ from lark import Token, Tree
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.mistakes import bar_missing
 from i2pdsl.language.naming import same_name
 
 
@@ -192,7 +193,8 @@ class Builder:
         return ast.Reduction(span, kind, first, last, self.expression(p[7]))
 
     def _prefix(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Prefix(span, self.expression(p[0]), self.expression(p[3]))
+        until = self.expression(p[5]) if p[5] is not None else None
+        return ast.Prefix(span, self.expression(p[0]), self.expression(p[3]), until)
 
     def _frame(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.FrameOf(span, self.expression(p[0]), self.expression(p[2]))
@@ -230,30 +232,24 @@ class Builder:
     def _last(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.LastOf(span, self.expression(p[2]))
 
-    def _probability(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Probability(span, self.expression(p[2]), self.given(p[4]))
+    def _form(self, span: Span, p: list[Any]) -> ast.Expr:
+        given = self.given(p[4]) if len(p) > 4 else ()
+        if p[2].data != "about":
+            return ast.Form(span, str(p[0]), (self.expression(p[2]),), given)
+        if len(p[2].children) > 1 and not given:  # P(rho > 0, script[:t])
+            raise StoryError([bar_missing(str(p[0]), self.span(p[2].children[1]))])
+        return ast.Form(span, str(p[0]), self.expressions(p[2].children), given)
 
-    def _expectation(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Expectation(span, self.expression(p[2]), self.given(p[4]))
+    def _form_of_all(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Form(span, str(p[0]), (), self.given(p[2]))
 
-    def _value(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.ValueOf(span, self.expression(p[2]))
+    def _form_of_frame(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Form(span, str(p[0]), (), (self.expression(p[2]),))
 
-    def _divergence(self, span: Span, p: list[Any]) -> ast.Expr:
-        latent = self.expression(p[2]) if p[2] is not None else None
-        return ast.Divergence(span, latent, self.expression(p[4]), self.given(p[6]))
-
-    def _entropy(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Entropy(span, self.expression(p[2]), self.given(p[4]))
-
-    def _entropy_of_all(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Entropy(span, None, self.given(p[2]))
-
-    def _surprise(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Surprise(span, self.expression(p[2]))
-
-    def _suspense(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Suspense(span, self.expression(p[2]), self.given(p[4]))
+    def _form_apart(self, span: Span, p: list[Any]) -> ast.Expr:
+        about = (self.expression(p[2]),) if p[2] is not None else ()
+        given = (self.expression(p[4]), *self.given(p[6]))
+        return ast.Form(span, str(p[0]), about, given)
 
     def _holds(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.Holds(span, self.expression(p[1]), self.expression(p[3]))

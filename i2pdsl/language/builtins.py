@@ -7,15 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
-class Word:
-    """A form of the language."""
-
-    name: str
-    signature: str
-    documentation: str
-    example: str
+from i2pdsl.language.forms import BELIEFS, BY_NAME, Word
 
 
 @dataclass(frozen=True)
@@ -62,48 +54,7 @@ FORMS: tuple[Word, ...] = (
     Word("mean_t", "mean_t e", "the mean over the frames", "mean_t P(rho > 0 | script[:t])"),
     Word("min_t", "min_t e", "the least over the frames", "min_t P(rho > 0 | script[:t])"),
     Word("max_t", "max_t e", "the greatest over the frames", "max_t P(rho > 0 | script[:t])"),
-    Word(
-        "P",
-        "P(event | script[:k], condition, ...)",
-        "the audience's posterior probability after the first k frames",
-        "P(rho > 0 | script[:T], G_cheese = pink)",
-    ),
-    Word(
-        "E",
-        "E[quantity | script[:k], condition, ...]",
-        "the posterior expectation of a quantity that depends on the hypothesis",
-        "E[V(robot) | script[:T]]",
-    ),
-    Word(
-        "V",
-        "V(who)",
-        "a character's value function at the state that the script of the expectation ends in",
-        "E[V(cheese) | script[:T]]",
-    ),
-    Word(
-        "KL",
-        "KL(latent; script[:a] || script[:b])",
-        "the divergence of the belief after b frames from the belief after a, in nats",
-        "KL(rho; script[:T-1] || script[:T])",
-    ),
-    Word(
-        "entropy",
-        "entropy(latent | script[:k])",
-        "the uncertainty about a latent, or without one about everything, in nats",
-        "entropy(rho | script[:T])",
-    ),
-    Word(
-        "surprise",
-        "surprise(script[k])",
-        "-log of the probability that viewers gave to the actions of frame k, in nats",
-        "surprise(script[T])",
-    ),
-    Word(
-        "suspense",
-        "suspense(latent | script[:k])",
-        "the variance of the belief after the next frame, as viewers predict it",
-        "suspense(rho | script[:T])",
-    ),
+    *BELIEFS,
     Word(
         "[ @ ]",
         "[predicate @ script[k]]",
@@ -221,9 +172,9 @@ _SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize"
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 
-_FORM_WORDS = "script t T P E V KL entropy surprise suspense last if then else and or not in"
+_FORM_WORDS = "script t T last if then else and or not in"
 _SUMS = "sum_t mean_t min_t max_t"
-RESERVED = frozenset((*STATEMENT_WORDS, *_FORM_WORDS.split(), *_SUMS.split()))
+RESERVED = frozenset((*STATEMENT_WORDS, *BY_NAME, *_FORM_WORDS.split(), *_SUMS.split()))
 """The words that nothing else can be called."""
 
 _PARTS = {"then": "if", "else": "if", "@": "[ @ ]", "[": "[ @ ]", "]": "[ @ ]"}

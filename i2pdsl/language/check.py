@@ -21,9 +21,10 @@ from i2pdsl.errors import (
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
-from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env, build_module
+from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
@@ -365,14 +366,10 @@ def _meant(word: str) -> str | None:
     return closest(word, STATEMENT_WORDS)
 
 
-BUILT_IN = ("hill",)  # worlds that are no .world files
-
-
 def known_worlds(folder: Path | None) -> set[str]:
     """The names of the worlds that could have been meant."""
     places = [data_folder("stories") / "worlds", folder or Path()]
-    found = {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
-    return found | set(BUILT_IN)
+    return {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
 
 
 def _word(node: ast.Name | ast.Text) -> str:

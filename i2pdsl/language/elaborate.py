@@ -10,7 +10,7 @@ One class in layers, one module for each, from names to patterns:
     arithmetic    numbers, functions, `if`, comparisons
     predicates    [predicate @ script[k]], places, characters
     frames        scripts, indices, appended turns, sums over t
-    beliefs       P, E, KL, entropy, surprise, suspense
+    beliefs       the forms of forms.py: P, E, KL, ...
     calls         functions and patterns
 
 `Elaboration.item` finds the method for a node by its class: `on_sum` for ast.Sum.

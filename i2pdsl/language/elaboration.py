@@ -66,6 +66,7 @@ KINDS = {
     "number": "a number",
     "truth": "a condition",
     "symbol": "a latent",
+    "table": "a table of probabilities",
     "script": "a whole script",
     "prefix": "the first frames of a script",
     "frame": "a frame of a script",
@@ -221,6 +222,8 @@ class Elaboration:
             hint = f"ask what viewers believe: `P({event} | script[:t])`"
             if env.inside in BELIEVED:
                 hint = f"compare it: `{event}`"
+        elif item.kind == "table":
+            hint = "a query asks for a table by itself"
         elif item.kind == "truth" and wanted == "a number":
             hint = "write `if CONDITION then 1 else 0`, or `P(EVENT | script[:t])`"
         elif item.kind in ("script", "prefix", "frame"):

@@ -11,7 +11,7 @@ from i2pdsl.errors import did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero, Stop
-from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, is_pure, table
+from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, finite_values, is_pure
 from i2pdsl.language.predicates import Predicates
 from i2pdsl.language.scope import Env
 
@@ -169,7 +169,23 @@ class Frames(Predicates):
         return Item("number", ty.Constant(float(self.length + len(turns))))
 
     def on_prefix(self, node: ast.Prefix, env: Env) -> Item:
-        return Item("prefix", self.at(node.script, node.end, 0, env))
+        if node.until is None:
+            return Item("prefix", self.at(node.script, node.end, 0, env))
+        until = node.until
+        moment, seen = self.both(
+            lambda: self.at(node.script, node.end, 1, env), lambda: self.observed(until, env)
+        )
+        return Item("prefix", replace(moment, seen=seen))
+
+    def observed(self, node: ast.Expr, env: Env) -> int | None:
+        """How many actions of a frame viewers have seen once a character has acted; None is all."""
+        number = self.character(node, replace(env, inside="")) + 1
+        if not self.world.enumerable:
+            message = (
+                f"viewers of world {self.world.world} see a frame at once, not action by action"
+            )
+            raise self.blame("world", message, node, env, "write `script[:t]`")
+        return number if number < len(self.world.characters) else None
 
     def on_frameof(self, node: ast.FrameOf, env: Env) -> Item:
         return Item("frame", self.at(node.script, node.number, 1, env))
@@ -204,7 +220,7 @@ class Frames(Predicates):
                 self.check_frames(every, lowest, longest, index, env)
             return ty.Moment(turns, numbers, env.times.start)
         try:
-            exact = table(value, env.ts)
+            exact = list(map(float, finite_values(value, env.ts)))
         except NotFiniteError as problem:
             raise self.not_finite(problem, index, env) from None
         frames = self.whole_numbers(exact, env.ts, index, env)

@@ -1,5 +1,5 @@
-"""What the parameters of a pattern are, what a pattern comes to, and which names of a world it
-needs: read off its body and the patterns that it passes them on to. Nothing here knows a world.
+"""What the parameters of a pattern are, what a pattern comes to, and which names it uses: read off
+its body and the patterns that it passes them on to. Nothing here knows a world.
 
 Kinds (`KINDS`) are inferred from the places where a parameter stands. They help people, editors
 and the proof that a pattern fits a world; the checker does not depend on them.
@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.scope import Definition, Module
+from i2pdsl.language.forms import HIDDEN
+from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import room_for_nesting
 
 KINDS = {
@@ -44,9 +45,9 @@ _STRICTEST = (
 _DEEPEST_CALLS = 60  # patterns that pass a parameter on to patterns; people need three
 _NUMBERS = (
     ast.Number, ast.Length, ast.Time, ast.Sum, ast.Product, ast.Negative, ast.Power, ast.LastOf,
-    ast.Reduction, ast.Probability, ast.Expectation, ast.ValueOf, ast.Divergence, ast.Entropy,
-    ast.Surprise, ast.Suspense, ast.Holds,
+    ast.Reduction, ast.Form, ast.Holds,
 )  # fmt: skip
+_ABOUT = {"quantity": "number"}  # the kind of what a form is about, where it has another name
 _CONDITIONS = (ast.Compare, ast.Member, ast.Not, ast.And, ast.Or)
 
 
@@ -76,29 +77,6 @@ def result_kind(
     """
     with room_for_nesting():
         return (inference or Inference()).result(item, module, 0)
-
-
-def names_of_worlds(item: ast.Let | ast.Pattern, module: Module) -> tuple[str, ...]:
-    """The names that only a world can give a meaning: its latents, characters, tiles, predicates.
-
-    Those of the patterns and lets that it uses are among them. A pattern that names none serves
-    any world, as far as its arguments do.
-    """
-    found: set[str] = set()
-    seen: set[int] = set()
-    waiting = [Definition(item, module)]
-    while waiting:
-        definition = waiting.pop()
-        if id(definition.item) in seen:
-            continue
-        seen.add(id(definition.item))
-        for name in used_names(definition.item, definition.module):
-            inner = definition.module.find(name)
-            if inner is not None:
-                waiting.append(inner)
-            elif name not in FUNCTIONS and name != "pi":
-                found.add(name)
-    return tuple(sorted(found))
 
 
 def used_names(item: ast.Let | ast.Pattern, module: Module) -> set[str]:
@@ -279,7 +257,11 @@ class _Roles:
             case ast.Reduction(first=first, last=last, body=body):
                 self.each([x for x in (first, last) if x is not None], "frame", inside)
                 self.visit(body, "number", inside)
-            case ast.Prefix(script=script, end=number) | ast.FrameOf(script=script, number=number):
+            case ast.Prefix(script=script, end=number, until=who):
+                self.visit(script, "script", inside)
+                self.visit(number, "frame", "")
+                self.each(() if who is None else (who,), "character", inside)
+            case ast.FrameOf(script=script, number=number):
                 self.visit(script, "script", inside)
                 self.visit(number, "frame", "")
             case ast.LastOf(script=script):
@@ -290,19 +272,9 @@ class _Roles:
                     if isinstance(part, ast.Move):
                         self.visit(part.who, "character", inside)
                     self.each(ast.children(part), "any", inside)
-            case ast.Probability(event=event, given=given):
-                self.visit(event, "event", "event")
-                self.given(given)
-            case ast.Expectation(quantity=quantity, given=given):
-                self.visit(quantity, "number", "event")
-                self.given(given)
-            case ast.ValueOf(who=who):
-                self.visit(who, "character", inside)
-            case ast.Divergence(latent=latent, first=first, given=given):
-                self.about(latent)
-                self.given((first, *given))
-            case ast.Entropy(latent=latent, given=given) | ast.Suspense(latent=latent, given=given):
-                self.about(latent)
+            case ast.Form(about=about, given=given):
+                believed = "" if node.kind.shape is HIDDEN else "event"
+                self.each(about, _ABOUT.get(node.kind.about, node.kind.about), believed or inside)
                 self.given(given)
             case ast.Holds(predicate=predicate, frame=frame):
                 self.visit(predicate, "predicate", "frame")
@@ -315,10 +287,6 @@ class _Roles:
     def each(self, nodes: object, role: str, inside: str) -> None:
         for node in nodes:  # type: ignore[attr-defined]
             self.visit(node, role, inside)
-
-    def about(self, latent: ast.Expr | None) -> None:
-        if latent is not None:
-            self.visit(latent, "latent", "event")
 
     def given(self, parts: tuple[ast.Expr, ...]) -> None:
         """Behind a bar: scripts with an index, and conditions."""

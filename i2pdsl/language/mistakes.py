@@ -9,6 +9,7 @@ from lark import Token
 
 from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
+from i2pdsl.language.forms import APART, BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
 
 _OPERAND = "an expression"
@@ -45,10 +46,8 @@ _OPERATORS = frozenset(
     ("PLUS", "MINUS", "STAR", "SLASH", "CARET", "LT", "LE", "NE", "GE", "GT", "AND_KW", "OR_KW")
 )
 _OPERANDS = frozenset(
-    ("NAME", "NUMBER", "STRING", "T_VAR", "T_END", "SCRIPT_KW", "LAST_KW", "P_KW", "E_KW", "V_KW")
-) | frozenset(
-    ("KL_KW", "ENTROPY_KW", "SURPRISE_KW", "SUSPENSE_KW", "BIG_T", "BIG_OPEN", "LPAR", "LBRACE")
-)
+    ("NAME", "NUMBER", "STRING", "T_VAR", "T_END", "SCRIPT_KW", "LAST_KW", "BIG_T", "BIG_OPEN")
+) | {"LPAR", "LBRACE", *BY_TERMINAL}
 _EXAMPLES = {
     "world": "world kitchen",
     "length": "length 15",
@@ -125,6 +124,17 @@ def _unexpected_token(
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
 
 
+def bar_missing(form: str, comma: Span) -> Diagnostic:
+    """The diagnostic for `P(rho > 0, script[:t])`: a comma where the bar belongs."""
+    message = "unexpected `,`, expected `)` or `|`"
+    return Diagnostic("syntax", message, comma, _behind_a_bar(form))
+
+
+def _behind_a_bar(form: str) -> str:
+    shown = BY_NAME[form].shape.written(form, "...")
+    return f"the script stands behind a bar: `{shown}`"
+
+
 def _may_be_name(expected: set[str]) -> bool:
     return bool(expected & {"NAME", "NAMED"})
 
@@ -169,14 +179,13 @@ def _hint(
         return "probabilities have round brackets: `P(event | script[:t])`"
     if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
-    if token.type == "COMMA" and opener == "KL":
-        if "SEMI" in expected and "script" not in text[text.rfind("KL(") :]:
-            return "write `KL(latent; script[:a] || script[:b])`"
-        return "two beliefs are compared with `||`: `KL(script[:a] || script[:b])`"
-    if token.type == "COMMA" and opener in ("P", "E", "suspense"):
-        return f"the script stands behind a bar: `{opener}(... | script[:t])`".replace(
-            "E(... | script[:t])", "E[... | script[:t]]"
-        )
+    form = BY_NAME.get(opener)
+    if token.type == "COMMA" and form is not None and form.shape is APART:
+        if "SEMI" in expected and "script" not in text[text.rfind(f"{opener}(") :]:
+            return f"write `{opener}(latent; script[:a] || script[:b])`"
+        return f"two beliefs are compared with `||`: `{opener}(script[:a] || script[:b])`"
+    if token.type == "COMMA" and form is not None and form.shape is EXPECTED:
+        return _behind_a_bar(opener)
     if token.type == "BAR" and opener in ("p", "pr", "Pr", "prob", "probability"):
         return "probabilities are written with a capital letter: `P(event | script[:t])`"
     if token.type == "BAR" and opener == "e":

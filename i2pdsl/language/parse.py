@@ -12,6 +12,7 @@ from i2pdsl.errors import MOST_SHOWN, Diagnostic, Source, Span, StoryError, clos
 from i2pdsl.language import ast
 from i2pdsl.language.build import Builder
 from i2pdsl.language.builtins import STATEMENT_WORDS
+from i2pdsl.language.forms import with_words
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.naming import with_marks
 from i2pdsl.language.statements import (
@@ -35,7 +36,7 @@ def grammar() -> Lark:
     """The LALR(1) parser of stories."""
     text = (data_folder("grammar") / "story.lark").read_text(encoding="utf-8")
     return Lark(
-        with_marks(text),
+        with_marks(with_words(text)),
         parser="lalr",
         lexer="contextual",
         start=["statement", "expression"],
@@ -164,4 +165,6 @@ def _too_deep(tree: Tree[Token], source: Source) -> Span:
     return Span(source, node.meta.start_pos, node.meta.end_pos)
 
 
-_FLAT = frozenset(("group", "argument", "argument_named", "given", "settings", "set", "turn"))
+_FLAT = frozenset(
+    ("group", "argument", "argument_named", "about", "given", "settings", "set", "turn")
+)

@@ -70,7 +70,7 @@ def check_query(
 def _value(elaborator: Elaborator, node: ast.Expr, env: Env, times: range) -> ty.Typed:
     env = replace(env, times=times)
     item = elaborator.item(node, env)
-    if isinstance(item.value, ty.Distribution):
+    if isinstance(item.value, ty.Belief) and item.value.labels:
         return item.value
     if item.kind not in ("number", "truth"):
         raise elaborator.wrong_kind("a number", item, node, env)

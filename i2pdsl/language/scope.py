@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 
 from i2pdsl.errors import (
     MOST_SHOWN,
@@ -17,20 +16,16 @@ from i2pdsl.errors import (
     StoryError,
     closest,
     did_you_mean,
-    error,
-    shorten,
 )
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.naming import same_name, with_marks
-from i2pdsl.language.parse import parse_file, parse_tolerantly
-from i2pdsl.language.statements import read_source
+from i2pdsl.language.parse import parse_file
 from i2pdsl.resources import data_folder
 
 _UNREAD_NAME = re.compile(with_marks(r"^(?:let|pattern)\s+(\w+)"), re.MULTILINE)
 MOST_NOTES = 4  # uses of patterns within patterns that a message shows
 LIBRARY_STATEMENTS = (ast.Let, ast.Pattern, ast.Import)
-COMPILED = ".i2plib"
 
 
 @dataclass(frozen=True)
@@ -150,105 +145,6 @@ def _raise(problem: Diagnostic) -> None:
     raise StoryError([problem])
 
 
-def build_module(
-    program: ast.Program, report: Callable[[Diagnostic], None], folder: Path | None
-) -> Module:
-    """The names of a program, its imports included."""
-    module = Module(program.source)
-    _Importer(report).add_imports(module, program, folder)
-    define(module, program, report)
-    return module
-
-
-class _Importer:
-    """Reads libraries, each once. A folder is one library: its files know each other's names.
-
-    `trail` holds the files that are being read and the imports that led to them.
-    """
-
-    def __init__(self, report: Callable[[Diagnostic], None]):
-        self.report = report
-        self.loaded: dict[Path, Module] = {}
-        self.trail: list[tuple[Path, Span]] = []
-        self.guesses = MOST_SHOWN  # what missing libraries may have been
-
-    def tell(self, problem: Diagnostic) -> None:
-        """Reports a mistake in a library together with the imports that led there."""
-        notes = tuple(Note("imported here", span) for _, span in reversed(self.trail))
-        self.report(replace(problem, notes=(*problem.notes, *notes)))
-
-    def add_imports(self, module: Module, program: ast.Program, folder: Path | None) -> None:
-        seen: set[ast.Name | ast.Text] = set()
-        for statement in program.of(ast.Import):
-            if statement.target in seen:
-                continue
-            seen.add(statement.target)
-            try:
-                libraries = self.library(statement, folder)
-            except StoryError as problem:
-                for diagnostic in problem.diagnostics:
-                    self.tell(diagnostic)
-                module.incomplete = True
-                continue
-            for library in libraries:
-                module.names = {**library.names, **module.names}
-                module.unread |= library.unread
-                module.incomplete |= library.incomplete
-
-    def library(self, statement: ast.Import, folder: Path | None) -> list[Module]:
-        """The modules of an import: one, or those of a folder, which know each other's names."""
-        here = statement.target.span
-        self.guesses -= 1
-        paths = [p.resolve() for p in find_library(statement.target, folder, self.guesses >= 0)]
-        if len(paths) == 1 and paths[0].suffix == COMPILED:
-            return [compiled_library(paths[0], here)]
-        if any(path in paths for path, _ in self.trail):
-            raise error("import", "the imports go in a circle", here, "remove this import")
-        modules = []
-        for path in paths:
-            self.trail.append((path, here))
-            try:
-                modules.append(self.file(path))
-            finally:
-                self.trail.pop()
-        for module in modules:
-            for other in modules:
-                module.names = {**other.names, **module.names}
-                module.unread |= other.unread
-        return modules
-
-    def file(self, path: Path) -> Module:
-        """A library's names, as far as it can be read."""
-        if path in self.loaded:
-            return self.loaded[path]
-        program, problems = parse_tolerantly(read_source(path))
-        for problem in problems:
-            self.tell(problem)
-        for statement in program.statements:
-            if not isinstance(statement, LIBRARY_STATEMENTS):
-                word = statement.span.text.split(None, 1)[0]
-                message = f"a library has no `{word}`"
-                hint = "a library holds only `let`, `pattern` and `import`"
-                self.tell(Diagnostic("import", message, statement.span, hint))
-        module = self.loaded[path] = Module(program.source)
-        self.add_imports(module, program, path.parent)
-        define(module, program, self.tell)
-        return module
-
-
-def compiled_library(path: Path, here: Span) -> Module:
-    """The names of a compiled library; `here` is the import. Raises StoryError."""
-    from i2pdsl.library.read import read_library  # which needs this module
-
-    try:
-        exports = read_library(path).exports
-    except StoryError as problem:
-        found = problem.diagnostics[0]
-        message = f"`{path.name}` cannot be used: {found.message}"
-        raise error("import", message, here, found.hint) from None
-    return Module(exports.source, exports.names)
-
-
 def define(module: Module, program: ast.Program, report: Callable[[Diagnostic], None]) -> None:
     """Adds a program's own lets and patterns to a module."""
     unread = "\n".join(span.text for span in program.unread)
@@ -289,45 +185,3 @@ def _check_parameters(pattern: ast.Pattern, report: Callable[[Diagnostic], None]
             report(Diagnostic("arguments", message, name.span))
         default_seen = default_seen or parameter.default is not None
         seen.add(name.id)
-
-
-def find_library(
-    target: ast.Name | ast.Text, folder: Path | None, guess: bool = True
-) -> list[Path]:
-    """The files of `import NAME` or `import "path"`: beside the importing file, else standard.
-
-    Raises StoryError, with a `guess` what may have been meant.
-    """
-    here = folder or Path()
-    patterns = data_folder("stories") / "patterns"
-    if isinstance(target, ast.Text):
-        shown = target.value
-        candidates = [here / shown]
-    else:
-        shown = target.id
-        names = (f"{shown}.story", shown, f"{shown}{COMPILED}")
-        candidates = [place / name for place in (here, patterns) for name in names]
-    for path in candidates:
-        files = _library_files(path)
-        if files:
-            return files
-    stems: set[str] = set()
-    if guess:
-        stems = {p.stem for place in (here, patterns) for p in _library_files(place)}
-        stems |= {p.stem for p in here.glob(f"*{COMPILED}")}
-    message = f"there is no library `{shorten(shown)}`"
-    close = closest(shown, stems)
-    hint = "a library is NAME.story, NAME.i2plib or a folder of stories, beside this file"
-    if close:
-        hint = f"did you mean `{close}`?"
-    raise error("import", message, target.span, hint)
-
-
-def _library_files(path: Path) -> list[Path]:
-    """The file itself, or the stories in a folder; nothing where there is neither."""
-    try:
-        if path.is_dir():
-            return sorted(path.glob("*.story"))
-        return [path] if path.is_file() else []
-    except (OSError, ValueError):  # a name that no file can have
-        return []

@@ -131,12 +131,14 @@ class Moment:
     """A frame of a script: `turns` are appended to the story's script.
 
     `frames` lists the frame's number for each t from `first` on (as a range where it is a line
-    in t); with a single entry and `first` None it does not depend on t.
+    in t); with a single entry and `first` None it does not depend on t. `seen` counts the
+    observed actions of the frame after which viewers are asked; None is after all of them.
     """
 
     turns: tuple[Turn, ...]
     frames: tuple[int, ...] | range
     first: int | None
+    seen: int | None = None
 
     @property
     def axes(self) -> Axes:
@@ -167,18 +169,6 @@ class Given:
 
 
 @dataclass(frozen=True)
-class Probability:
-    """P(event | given)."""
-
-    event: Mask
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
 class ValueAt:
     """V(who) at the state that the script of the enclosing expectation ends in."""
 
@@ -195,77 +185,44 @@ class PerHypothesis:
 
 
 @dataclass(frozen=True)
-class Expectation:
-    """E[quantity | given]; `given.mask` already excludes where the quantity means nothing."""
+class Labels:
+    """What an axis of a table is called, and its values' names; that of a latent ends in
+    `unknown`, for the hypotheses in which it plays no part."""
 
-    quantity: Typed
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return Axes(False, self.quantity.axes.time or self.given.axes.time)
+    name: str
+    values: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Partition:
-    """Which value of a latent each hypothesis has: an index, or the last one for `unknown`."""
+    """Which value of a latent (or of several together) each hypothesis has: an index; the last
+    label of a latent is `unknown`."""
 
     labels: tuple[str, ...]
     index: tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Divergence:
-    """KL(first || second), of the whole belief or of one latent's marginal."""
+class Belief:
+    """A form about what viewers believe; `form` is its name in the table of forms.
 
-    partition: Partition | None
-    first: Given
-    second: Given
+    Attributes:
+        about: an event's mask, a partition, a quantity, the number of a character, or None.
+        given: what it is conditioned on; of a divergence the first and the second belief. For an
+            expectation the mask excludes already where the quantity means nothing.
+        labels: of a table its axes: what each is called and its values' names; () for a number.
+    """
 
-    @property
+    form: str
+    about: Any
+    given: tuple[Given, ...]
+    labels: tuple[Labels, ...] = ()
+
+    @cached_property
     def axes(self) -> Axes:
-        return self.first.axes | self.second.axes
-
-
-@dataclass(frozen=True)
-class Entropy:
-    partition: Partition | None
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Surprise:
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Suspense:
-    partition: Partition
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A bare latent: the probabilities of all its values. For queries only."""
-
-    partition: Partition
-    given: Given
-
-    @property
-    def axes(self) -> Axes:
-        return self.given.axes
+        """The axes of its scripts and of a quantity, without the hypotheses'."""
+        parts = (*self.given, *([self.about] if hasattr(self.about, "axes") else []))
+        return Axes(False, any(part.axes.time for part in parts))
 
 
 @dataclass(frozen=True)
@@ -303,15 +260,9 @@ Typed = (
     | Symbol
     | Apply
     | Points
-    | Probability
     | ValueAt
     | PerHypothesis
-    | Expectation
-    | Divergence
-    | Entropy
-    | Surprise
-    | Suspense
-    | Distribution
+    | Belief
     | Feature
     | Reduction
 )

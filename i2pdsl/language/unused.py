@@ -12,16 +12,6 @@ from i2pdsl.language.elaboration import LeavesAtZero, Stop
 from i2pdsl.language.names import Report, check_names
 from i2pdsl.language.scope import Env, Module
 
-_BELIEFS = (
-    ast.Probability,
-    ast.Expectation,
-    ast.Divergence,
-    ast.Entropy,
-    ast.Surprise,
-    ast.Suspense,
-    ast.Holds,
-    ast.Script,
-)
 # What depends on the sum that a `let` will be put into.
 _DEPENDS_ON_USE = ("index", "range", "arithmetic", "free-time", "nested-sum", "certain", "type")
 _REPORTED_HERE = ("recursion",)
@@ -55,7 +45,7 @@ def check_unused(
         else:
             body = definition.value
         check_names(body, module, parameters, world, report)
-    _check_circles(unused, module, report)
+    check_circles(unused, module, report)
 
 
 def _probe(elaborator: Elaborator, report: Report) -> Elaborator:
@@ -80,11 +70,11 @@ def _check_let(let: ast.Let, module: Module, probe: Elaborator, report: Report) 
         check_names(let.value, module, (), probe.world, report)
         return
     env = Env(module, times=range(1, probe.length + 1))
-    if any(isinstance(p, ast.ValueOf) for p in parts):
+    if any(isinstance(p, ast.Form) and not ast.is_belief(p) for p in parts):
         env = replace(env, inside="quantity")
     elif names & probe.world.latents.keys():
         env = replace(env, inside="event")
-    if any(isinstance(p, _BELIEFS) for p in parts):
+    if any(ast.is_belief(p) or isinstance(p, ast.Script) for p in parts):
         env = replace(env, inside="")
     try:
         probe.item(let.value, env)
@@ -92,9 +82,7 @@ def _check_let(let: ast.Let, module: Module, probe: Elaborator, report: Report) 
         return
 
 
-def _check_circles(
-    definitions: list[ast.Let | ast.Pattern], module: Module, report: Report
-) -> None:
+def check_circles(definitions: list[ast.Let | ast.Pattern], module: Module, report: Report) -> None:
     """Reports each circle of definitions once, where it closes."""
     ours = {d.name.id: d for d in definitions}
     done: set[str] = set()

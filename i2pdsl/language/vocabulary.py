@@ -99,6 +99,9 @@ class Vocabulary:
         has_rationality, has_plausibility: whether the world has the automatic terms.
         observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
+        search_settings: of its usual search, where they differ from those of every world.
+        usual_length: the frames of a story that nobody has written yet.
+        preposition: what stands before its name: a story happens `in the` kitchen.
     """
 
     world: str
@@ -121,7 +124,19 @@ class Vocabulary:
     has_rationality: bool = True
     has_plausibility: bool = True
     enumerable: bool = True
+    search_settings: Settings = ()
+    usual_length: int = 15
+    preposition: str = "in the"
     documentation: str = ""
+
+    @property
+    def where(self) -> str:
+        return f"{self.preposition} {self.world}"
+
+    @property
+    def search(self) -> str:
+        """The usual search."""
+        return "beam" if self.enumerable else "descend"
 
     @cached_property
     def words(self) -> frozenset[str]:

@@ -15,8 +15,8 @@ from urllib.parse import quote
 from i2pdsl.editor.colours import colour
 from i2pdsl.language.kinds import KINDS
 from i2pdsl.library.curves import Curves
+from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.examples import Example, Shown, place_of
-from i2pdsl.library.read import PatternLibrary
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import below
 
@@ -50,7 +50,6 @@ def save_catalogue(
         shown: those that were made, by their names.
         failed: why others could not be made.
     """
-    document = library.document
     patterns = library.patterns
     count = len(patterns)
     entries = [_entry(p, examples[p["name"]], shown) for p in patterns]
@@ -58,14 +57,12 @@ def save_catalogue(
     names = {"standard": "The standard patterns"}
     drawn = sum(e.name in shown for of_pattern in examples.values() for e in of_pattern)
     page = Template(_part("library", "catalogue.html")).substitute(
-        title=escape(names.get(document["name"], f"The patterns of {document['name']}")),
+        title=escape(names.get(library.name, f"The patterns of {library.name}")),
         style=_part("render", "page.css") + _part("library", "catalogue.css"),
         lead=f"{count} way{'s' * (count != 1)} to shape what viewers come to believe. Each curve "
         "below is measured: what somebody who watches its example believes, from the first frame "
         "to the last.",
-        about=escape(
-            f"{drawn} example{'s' * (drawn != 1)}, made by {document['made_with']} with seed 0"
-        ),
+        about=escape(f"{drawn} example{'s' * (drawn != 1)}, made by {MADE_WITH} with seed 0"),
         contents="\n".join(entries),
         patterns="\n".join(sections),
     )

@@ -69,16 +69,16 @@ def _fortunes(story: TypedStory, script: Script) -> list[Panel]:
     """What viewers expect for a character, as the objective takes it."""
     import numpy as np
 
-    from i2pdsl.audience.replay import evaluate
+    from i2pdsl.objective.replay import evaluate
     from i2pdsl.render.mind import PALETTE, Panel, Series
 
-    found: dict[ty.Expectation, str] = {}
+    found: dict[ty.Belief, str] = {}
     for _, expression in story.objective:
         for node in ty.walk(expression):
-            if isinstance(node, ty.Expectation) and isinstance(node.quantity, ty.ValueAt):
-                moment = node.given.moment
+            if isinstance(node, ty.Belief) and isinstance(node.about, ty.ValueAt):
+                moment = node.given[0].moment
                 if moment.offset == 0 and not moment.turns and len(moment.frames) == story.length:
-                    found[node] = story.vocabulary.characters[node.quantity.who]
+                    found[node] = story.vocabulary.characters[node.about.who]
     panels = []
     for node, who in found.items():
         values = evaluate(script.world, script.frames, node, range(1, story.length + 1))

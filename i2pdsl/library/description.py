@@ -1,114 +1,163 @@
-"""What is said of a library's patterns and lets: all of it follows from their sources."""
+"""What there is to say about a library: computed from its sources when it is asked for."""
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import StoryError, error
+from i2pdsl import __version__
+from i2pdsl.errors import StoryError
 from i2pdsl.language import ast
-from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.kinds import Inference, parameter_kinds, result_kind, used_names
-from i2pdsl.language.scope import Definition
-from i2pdsl.library.modules import Modules
+from i2pdsl.language.imports import Unpacked, modules_of_stories
+from i2pdsl.language.kinds import Inference, parameter_kinds, result_kind
+from i2pdsl.language.packed import Contents, StoredFile
+from i2pdsl.language.scope import Definition, Module
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.library.fits import fit_all
+from i2pdsl.worlds.find import builtin_worlds, find_vocabulary, vocabulary_of
+from i2pdsl.worlds.kinds import parse_world
 
+MADE_WITH = f"i2pdsl {__version__}"
 Record = dict[str, Any]
-INFERRED = ("parameters", "result", "uses", "names_of_worlds")
-"""What another version of i2pdsl may see otherwise; the rest is the text itself."""
 
 
-def describe(modules: Modules) -> tuple[list[Record], list[Record]]:
-    """The records of all patterns and of all lets (library/document.py), each in the order of the
-    files and of what stands in them; without the worlds and examples.
+@dataclass(frozen=True)
+class PatternLibrary:
+    """A library of patterns: read from a file, or just packed.
 
-    Raises StoryError where definitions go in a circle.
+    Attributes:
+        name: of its file, without the suffix.
     """
-    needs = _Needs(modules)
-    inference = Inference()
-    patterns: list[Record] = []
-    lets: list[Record] = []
-    for file, program in modules.programs.items():
-        module = modules.modules[file]
-        for item in program.statements:
-            if not isinstance(item, ast.Let | ast.Pattern):
-                continue
-            body = item.body if isinstance(item, ast.Pattern) else item.value
-            record: Record = {
-                "name": item.name.id,
-                "file": file,
-                "line": item.span.source.position(item.span.start)[0],
+
+    name: str
+    packed: Unpacked
+
+    @property
+    def contents(self) -> Contents:
+        return self.packed.contents
+
+    @property
+    def exports(self) -> Module:
+        """The names that an import gives."""
+        return self.packed.exports
+
+    @cached_property
+    def definitions(self) -> dict[str, Definition]:
+        """Its own patterns, by name in order."""
+        own = {id(file.source) for file in self.contents.patterns}
+        return {
+            name: definition
+            for name, definition in sorted(self.exports.names.items())
+            if isinstance(definition.item, ast.Pattern) and id(definition.item.span.source) in own
+        }
+
+    @property
+    def lets(self) -> list[str]:
+        """The names of the lets that an import gives."""
+        return [name for name, d in self.exports.names.items() if isinstance(d.item, ast.Let)]
+
+    @cached_property
+    def patterns(self) -> list[Record]:
+        """Of each of its own patterns: `name`, `file`, `signature`, `parameters` (each with `name`,
+        `kind`, `default`), `result`, `documentation`, `body`, `worlds` (library/fits.py) and
+        `examples` (each with `file`, `world`, `call`)."""
+        inference = Inference()
+        found = [self._record(d, inference) for d in self.definitions.values()]
+        fit_all(found, self.exports, self.vocabularies)
+        return found
+
+    def _record(self, definition: Definition, inference: Inference) -> Record:
+        item, module = definition.item, definition.module
+        assert isinstance(item, ast.Pattern)
+        kinds = parameter_kinds(item, module, inference)
+        name = item.name.id
+        return {
+            "name": name,
+            "file": next(f.name for f in self.contents.patterns if f.source is item.span.source),
+            "signature": item.signature,
+            "parameters": [
+                {
+                    "name": p.name.id,
+                    "kind": kinds[p.name.id],
+                    "default": None if p.default is None else _one_line(p.default),
+                }
+                for p in item.parameters
+            ],
+            "result": result_kind(item, module, inference),
+            "documentation": item.documentation,
+            "body": item.body.span.text,
+            "examples": [
+                {"file": story["file"], "world": story["world"], "call": story["calls"][name]}
+                for story in self.stories
+                if name in story["calls"]
+            ],
+        }
+
+    @cached_property
+    def stories(self) -> list[Record]:
+        """Of each story: `file`, `world` (its name), `source`, and `calls`, the first call of each
+        of the library's own patterns in its objective, as it is written."""
+        names = {file.name: name for name, file in self.worlds.items()}
+        return [
+            {
+                "file": file.name,
+                "world": names.get(file.world, file.world),
+                "source": file.source.text,
+                "calls": _calls(program, module, self.definitions),
             }
-            if isinstance(item, ast.Pattern):
-                kinds = parameter_kinds(item, module, inference)
-                record["signature"] = item.signature
-                record["parameters"] = [
-                    {
-                        "name": p.name.id,
-                        "kind": kinds[p.name.id],
-                        "default": None if p.default is None else _one_line(p.default.span.text),
-                    }
-                    for p in item.parameters
-                ]
-            record["result"] = result_kind(item, module, inference)
-            if isinstance(item, ast.Pattern):
-                record["documentation"] = item.documentation
-            record["body"] = body.span.text
-            record["uses"] = needs.uses(Definition(item, module))
-            record["names_of_worlds"] = sorted(needs.of(Definition(item, module)))
-            (patterns if isinstance(item, ast.Pattern) else lets).append(record)
-    return patterns, lets
+            for file, program, module in modules_of_stories(self.contents)
+        ]
+
+    @cached_property
+    def worlds(self) -> dict[str, StoredFile]:
+        """Its worlds by the names that stories can call them: those of their files, or the whole
+        path where there is another world of the name."""
+        found: dict[str, StoredFile] = {}
+        for file in self.contents.worlds:
+            stem = Path(file.name).stem
+            taken = stem in builtin_worlds() or stem in found
+            found[file.name if taken else stem] = file
+        return found
+
+    @cached_property
+    def vocabularies(self) -> dict[str, Vocabulary]:
+        """The words of the built-in worlds and of its own, by name; without those that cannot be
+        read."""
+        found = {name: find_vocabulary(name) for name in builtin_worlds()}
+        for name, file in self.worlds.items():
+            with suppress(StoryError):
+                spec = parse_world(file.source, Path(file.name).stem)
+                found[name] = vocabulary_of(spec)
+        return {name: words for name, words in found.items() if words is not None}
 
 
-class _Needs:
-    """Which names of a world each definition needs, by way of others too; each is read once."""
+def _calls(program: ast.Program, module: Module, own: dict[str, Definition]) -> dict[str, str]:
+    """The first call of each of these patterns in a story's objective.
 
-    def __init__(self, modules: Modules):
-        self.modules = modules
-        self.names: dict[int, dict[str, Definition | None]] = {}
-        self.found: dict[int, frozenset[str]] = {}
-
-    def direct(self, definition: Definition) -> dict[str, Definition | None]:
-        """The names in a definition and what they stand for; None for those of a world."""
-        key = id(definition.item)
-        if key not in self.names:
-            used = sorted(used_names(definition.item, definition.module))
-            found = {name: definition.module.find(name) for name in used}
-            self.names[key] = {
-                name: inner
-                for name, inner in found.items()
-                if inner is not None or (name not in FUNCTIONS and name != "pi")
-            }
-        return self.names[key]
-
-    def uses(self, definition: Definition) -> dict[str, str]:
-        named = self.direct(definition).items()
-        return {name: self.modules.file_of(d) for name, d in named if d is not None}
-
-    def of(self, definition: Definition) -> frozenset[str]:
-        """Without recursion: chains of definitions are as long as a library."""
-        waiting, open_ = [definition], set[int]()
-        while waiting:
-            current = waiting[-1]
-            key = id(current.item)
-            inner = [d for d in self.direct(current).values() if d is not None]
-            missing = [d for d in inner if id(d.item) not in self.found]
-            if key in self.found or not missing:
-                if key not in self.found:
-                    own = {name for name, d in self.direct(current).items() if d is None}
-                    parts = (self.found[id(d.item)] for d in inner)
-                    self.found[key] = frozenset(own).union(*parts)
-                waiting.pop()
+    A pattern is known by its text: stories of the standard library do not import it.
+    """
+    found: dict[str, str] = {}
+    waiting: list[ast.Expr] = [o.value for o in reversed(program.of(ast.Objective))]
+    seen: set[str] = set()
+    while waiting:
+        for node in sorted(ast.walk(waiting.pop()), key=lambda part: part.span.start):
+            if not isinstance(node, ast.Name | ast.Call):
                 continue
-            if any(id(d.item) in open_ or d.item is current.item for d in missing):
-                raise _circle(current)
-            open_.add(key)
-            waiting.append(missing[0])
-        return self.found[id(definition.item)]
+            name = node.id if isinstance(node, ast.Name) else node.callee.id
+            definition = module.find(name)
+            if definition is None:
+                continue
+            if isinstance(definition.item, ast.Let):
+                if name not in seen and definition.module is module:
+                    seen.add(name)
+                    waiting.append(definition.item.value)
+            elif name in own and own[name].item.span.text == definition.item.span.text:
+                found.setdefault(name, _one_line(node))
+    return dict(sorted(found.items()))
 
 
-def _circle(definition: Definition) -> StoryError:
-    name = definition.item.name
-    return error("recursion", f"`{name.id}` is defined by itself", name.span)
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+def _one_line(node: ast.Node) -> str:
+    return " ".join(node.span.text.split())

@@ -18,32 +18,33 @@ from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Source, StoryError, shorten
 from i2pdsl.language import ast
+from i2pdsl.language.kinds import used_names
+from i2pdsl.language.packed import LARGEST, SUFFIX, write_contents
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import standard_library
 from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library.curves import Curves, decisive_curves
-from i2pdsl.library.document import (
-    LARGEST,
-    MADE_WITH,
-    SUFFIX,
-    WrongDocument,
-    decode_json,
-    encode,
-    finite,
-    mismatch,
-)
-from i2pdsl.library.fits import uses_of
-from i2pdsl.library.read import PatternLibrary
+from i2pdsl.library.description import MADE_WITH, PatternLibrary
+from i2pdsl.library.fits import example_call, uses_of
 from i2pdsl.resources import atomic_path, write_text
-from i2pdsl.untrusted import below, plain_name, read_bytes
+from i2pdsl.untrusted import WrongData, below, decode_json, mismatch, plain_name, read_bytes
+from i2pdsl.worlds.find import builtin_worlds, find_vocabulary
 
 if TYPE_CHECKING:
     from i2pdsl.progress import Bars
 
 MANIFEST = "manifest.json"
-_LENGTHS = {"hill": 400}  # frames of an example that no story of the library shows
-_USUAL_LENGTH = 15
+_USUAL_LENGTH = 15  # frames of an example
+FIRST_WORLD = "kitchen"  # where patterns are shown that no story of their library shows
 _WIDEST = 100_000  # pixels of a picture
+_DEEPEST = 12  # brackets in brackets of the manifest, which has 7
+_LARGEST_NUMBER = 1e300  # of what is drawn
+
+
+def _finite(value: Any) -> str | None:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return None if plain and abs(value) <= _LARGEST_NUMBER else "is no number"
 
 
 def _size(value: Any) -> str | None:
@@ -60,16 +61,16 @@ def _colour(value: Any) -> str | None:
     return None if plain else "is no colour"
 
 
-# What the manifest says of an example (library/document.py, `mismatch`).
+# What the manifest says of an example (untrusted.mismatch).
 _ENTRY: dict[str, Any] = {
     "key": str,
-    "score": finite,
+    "score": _finite,
     "size": _size,
     "curves": [
         {
-            "title": str, "low": finite, "high": finite, "last": _frames,
+            "title": str, "low": _finite, "high": _finite, "last": _frames,
             "series": [
-                {"label": str, "color": _colour, "dash": [finite], "values": [(finite, None)]}
+                {"label": str, "color": _colour, "dash": [_finite], "values": [(_finite, None)]}
             ],
         }
     ],
@@ -131,15 +132,18 @@ def examples_of(
 
 def _example(library: PatternLibrary, pattern: dict[str, Any], world: str) -> Example | None:
     name = pattern["name"]
-    stories = [s for s in library.document["stories"] if s["world"] == world and name in s["calls"]]
+    stories = [s for s in library.stories if s["world"] == world and name in s["calls"]]
     if stories:
         best = min(stories, key=lambda s: _distance(s, name))
-        text = _with_library(_EXPECTATION.sub("", best["source"]), library)
+        text = _with_library(_EXPECTATION.sub("", best["source"]), world, library)
         return Example(name, world, best["file"], best["calls"][name], text)
-    if not pattern["worlds"].get(world, {}).get("fits"):
+    words = library.vocabularies.get(world)
+    if words is None or not pattern["worlds"][world]["fits"]:
         return None
-    call = pattern["worlds"][world]["with"]
-    return Example(name, world, None, call, _generated(library, pattern, world))
+    call = example_call(pattern, library.exports, words)
+    if call is None:
+        return None
+    return Example(name, world, None, call, _generated(library, pattern, world, call))
 
 
 def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
@@ -149,34 +153,39 @@ def _distance(story: dict[str, Any], name: str) -> tuple[Any, ...]:
     return (stem != name, name not in stem, len(story["calls"]), lines, story["file"])
 
 
-def _with_library(text: str, library: PatternLibrary) -> str:
-    """A story that imports the library, where it imported some of its files."""
+def _with_library(text: str, world: str, library: PatternLibrary) -> str:
+    """A story that imports the library, where it imported some of its files, and calls its world by
+    the name that this has in the library."""
     try:
-        imports = parse(Source("example", text)).of(ast.Import)
+        program = parse(Source("example", text))
     except StoryError:
         return text  # it cannot be made, which is said where it is tried
-    for number, statement in enumerate(reversed(imports)):
-        last = number == len(imports) - 1
-        new = _import_line(library) if last else ""
-        text = text[: statement.span.start] + new + text[statement.span.end :]
+    changes = [(statement.span, _world_line(world)) for statement in program.of(ast.World)]
+    for number, statement in enumerate(program.of(ast.Import)):
+        changes.append((statement.span, "" if number else _import_line(library)))
+    for span, new in sorted(changes, key=lambda change: -change[0].start):
+        text = text[: span.start] + new + text[span.end :]
     return re.sub(r"\n{3,}", "\n\n", text).strip("\n") + "\n"
 
 
+def _world_line(world: str) -> str:
+    return f"world {world}" if world.isidentifier() else f'world "{world}"'
+
+
 def _import_line(library: PatternLibrary) -> str:
-    name = library.document["name"]
+    name = library.name
     return f"import {name}" if name.isidentifier() else f'import "{name}{SUFFIX}"'
 
 
-def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str) -> str:
-    call = pattern["worlds"][world]["with"]
+def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str, call: str) -> str:
     use = uses_of(pattern["result"])[0].format(call)
-    named = world if world.isidentifier() else f'"{world}"'
     known = standard_library().names.get(pattern["name"])
     is_standard = known is not None and known.item.body.span.text == pattern["body"]  # type: ignore[union-attr]
+    words = _built_in(world)
     lines = [
         f"# An example of `{pattern['name']}`, made from its signature.",
-        f"world {named}",
-        f"length {_LENGTHS.get(world, _USUAL_LENGTH)}",
+        _world_line(world),
+        f"length {_USUAL_LENGTH if words is None else words.usual_length}",
         *([] if is_standard else [_import_line(library)]),
         "",
         f"maximize {use}",
@@ -210,21 +219,22 @@ class Gallery:
 
     def key(self, example: Example) -> str:
         """A digest of all that the pictures depend on."""
-        world = [w["source"] for w in self.library.document["worlds"] if w["name"] == example.world]
-        parts = [MADE_WITH, example.source, *world, *self.bodies(example.pattern)]
+        world = self.library.worlds.get(example.world)
+        own = [] if world is None else [world.source.text]
+        parts = [MADE_WITH, example.source, *own, *self.bodies(example.pattern)]
         return hashlib.sha256(json.dumps(parts).encode("utf-8")).hexdigest()
 
     def bodies(self, name: str) -> list[str]:
-        """The texts of a pattern and of those of the library that it uses."""
-        document = self.library.document
-        records = {r["name"]: r for r in (*document["lets"], *document["patterns"])}
+        """The texts of a pattern and of all that it uses."""
         found: dict[str, str] = {}
-        waiting = [name]
+        waiting = [self.library.definitions.get(name)]
         while waiting:
-            record = records.get(waiting.pop())
-            if record is not None and record["name"] not in found:
-                found[record["name"]] = str([record.get("signature"), record["body"]])
-                waiting.extend(record["uses"])
+            definition = waiting.pop()
+            if definition is None or definition.item.name.id in found:
+                continue
+            found[definition.item.name.id] = definition.item.span.text
+            names = used_names(definition.item, definition.module)
+            waiting += [definition.module.find(name) for name in names]
         return [found[name] for name in sorted(found)]
 
     def make(self, example: Example, bars: Bars) -> tuple[Shown, bool]:
@@ -268,26 +278,25 @@ class Gallery:
 
     def unpacked(self, place: str) -> Path:
         """A folder with the library and its worlds, for its examples to be read in."""
-        document = self.library.document
-        write_text(below(Path(place), f"{document['name']}{SUFFIX}"), encode(document))
-        for world in document["worlds"]:
-            name = world["name"] if world["name"].endswith(".world") else f"{world['name']}.world"
-            write_text(below(Path(place), *name.split("/")), world["source"])
+        write_contents(below(Path(place), f"{self.library.name}{SUFFIX}"), self.library.contents)
+        for name, file in self.library.worlds.items():
+            path = name if name.endswith(".world") else f"{name}.world"
+            write_text(below(Path(place), *path.split("/")), file.source.text)
         return Path(place)
 
 
 def _read_manifest(path: Path, say: Callable[[str], None]) -> dict[str, Any]:
     """What is written of the pictures. What is not as it should be is said and left out."""
     try:
-        known = decode_json(read_bytes(path, LARGEST), "the list")
+        known = decode_json(read_bytes(path, LARGEST), "the list", _DEEPEST)
         if not isinstance(known, dict):
-            raise WrongDocument("the list is damaged: it is no record")
+            raise WrongData("the list is damaged: it is no record")
     except FileNotFoundError:
         return {}
     except OSError as problem:
         say(f"{path} cannot be read: {problem.strerror}; the pictures are made again")
         return {}
-    except WrongDocument as problem:
+    except WrongData as problem:
         say(f"{path}: {problem}; the pictures are made again")
         return {}
     right: dict[str, Any] = {}
@@ -302,7 +311,13 @@ def _read_manifest(path: Path, say: Callable[[str], None]) -> dict[str, Any]:
 
 def place_of(world: str) -> str:
     """`in the kitchen`, `on the hill`."""
-    return {"kitchen": "in the kitchen", "hill": "on the hill"}.get(world, f"in {world}")
+    words = _built_in(world)
+    return f"in {world}" if words is None else words.where
+
+
+def _built_in(world: str) -> Vocabulary | None:
+    """The words of a built-in world: a library's own is never looked for among files."""
+    return find_vocabulary(world) if world in builtin_worlds() else None
 
 
 def gallery_files(library: Path) -> Iterator[Path]:

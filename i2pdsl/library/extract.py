@@ -21,9 +21,10 @@ from i2pdsl.language.builtins import FUNCTIONS, RESERVED, STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.format import format_source
+from i2pdsl.language.imports import build_module, find_library
 from i2pdsl.language.kinds import used_names
 from i2pdsl.language.parse import parse, parse_expression
-from i2pdsl.language.scope import Definition, Env, Module, build_module, find_library
+from i2pdsl.language.scope import Definition, Env, Module
 from i2pdsl.language.statements import (
     room_for_nesting,
     split_statements,
@@ -36,7 +37,7 @@ from i2pdsl.worlds.find import find_vocabulary
 _LONGEST = 100_000  # characters of a pattern; lets put into lets can grow without bound
 _NOT_OBJECTIVE = (ast.Objective, ast.Let, ast.Pattern, ast.Import)
 _LOOSE = (ast.If, ast.Or, ast.And, ast.Not, ast.Compare, ast.Member, ast.Sum, ast.Append)
-_ATOMS = (ast.Name, ast.Number, ast.Call, ast.Time, ast.Length, ast.Script, ast.Probability)
+_ATOMS = (ast.Name, ast.Number, ast.Call, ast.Time, ast.Length, ast.Script, ast.Form)
 _LINE = 98  # width of comments
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
@@ -28,16 +28,17 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
-if TYPE_CHECKING:
-    from i2pdsl.library.read import PatternLibrary
-
 LENGTH = 25  # frames of the stories that are proved to be accepted
 MOST_TRIES = 300  # choices for the parameters of one pattern in one world
 MOST_CASTS = 256  # choices of characters
+MOST_WORK = 500_000  # parts of expressions, for all patterns of a library: about ten seconds
+_PARTS_OF_A_TRY = 50  # what reading a call costs beside them; the standard patterns need 24,000
+NOT_TRIED = f"not tried, since the patterns grow to more than {MOST_WORK:,} parts in all"
 _FOR_CERTAIN = 40  # of them, those in which an example without warnings is looked for
 
 _WHATEVER_IS_GIVEN = ("nesting", "recursion")  # mistakes that no other argument mends
 _WHATEVER_THE_WORLD = (
+    NOT_TRIED,
     "the patterns grow to more",
     "the story grows to more",
     "nested deeper",
@@ -57,40 +58,69 @@ _USES = {
 _EITHER = tuple(dict.fromkeys(use for uses in _USES.values() for use in uses))
 
 
-def fit_all(
-    pattern: dict[str, Any], module: Module, worlds: list[tuple[str, Vocabulary]]
-) -> dict[str, dict[str, Any]]:
-    """What `fit` finds for each of these worlds, by name."""
-    found: dict[str, dict[str, Any]] = {}
-    hopeless: dict[str, Any] | None = None
-    for name, world in worlds:
-        found[name] = hopeless or fit(pattern, module, world)
-        if found[name].get("because", "").startswith(_WHATEVER_THE_WORLD):
-            hopeless = found[name]
-    return found
+class _Work:
+    """What the proofs of a library cost so far, in parts of expressions."""
+
+    def __init__(self) -> None:
+        self.parts = 0
+
+    @property
+    def is_too_much(self) -> bool:
+        return self.parts >= MOST_WORK
 
 
-def fit(pattern: dict[str, Any], module: Module, world: Vocabulary) -> dict[str, Any]:
-    """`{"fits": true, "with": CALL}`, or `{"fits": false, "because": MESSAGE}`.
+def fit_all(patterns: list[dict[str, Any]], module: Module, worlds: dict[str, Vocabulary]) -> None:
+    """Gives each record of a pattern (library/description.py) what `fit` finds for each of these
+    worlds, by name, as `worlds`.
+
+    Beyond MOST_WORK for all of them it is not tried: NOT_TRIED says so.
+    """
+    work = _Work()
+    for pattern in patterns:
+        found = pattern["worlds"] = {}
+        hopeless: dict[str, Any] | None = None
+        for name, world in worlds.items():
+            found[name] = hopeless or fit(pattern, module, world, work)
+            if found[name].get("because", "").startswith(_WHATEVER_THE_WORLD):
+                hopeless = found[name]
+
+
+def fit(
+    pattern: dict[str, Any], module: Module, world: Vocabulary, work: _Work | None = None
+) -> dict[str, Any]:
+    """`{"fits": true}`, or `{"fits": false, "because": MESSAGE}`.
 
     Args:
         pattern: its record (library/description.py).
         module: where the pattern's name is known.
     """
-    needed = [p for p in pattern["parameters"] if p["default"] is None]
-    characters = [p for p in needed if p["kind"] == "character"]
-    shown: str | None = None
+    work = work or _Work()
+    characters = [p for p in _needed(pattern) if p["kind"] == "character"]
     if len(world.characters) ** len(characters) > MOST_CASTS:
         because = f"there are more than {MOST_CASTS} ways to choose its characters"
         return {"fits": False, "because": because}
+    because = "nobody is in this world"
     for who in product(world.characters, repeat=len(characters)):
-        call, because = _some_call(pattern, needed, who, module, world)
+        call, because = _some_call(pattern, who, module, world, work)
         if call is None:
-            return {"fits": False, "because": because}
-        shown = shown or call
-    if shown is None:
-        return {"fits": False, "because": "nobody is in this world"}
-    return {"fits": True, "with": shown}
+            break
+    return {"fits": False, "because": because} if because else {"fits": True}
+
+
+def example_call(pattern: dict[str, Any], module: Module, world: Vocabulary) -> str | None:
+    """A call that is accepted in a world that a pattern fits, without a warning if that is found
+    soon."""
+    who = tuple(world.characters[0] for p in _needed(pattern) if p["kind"] == "character")
+    return _some_call(pattern, who, module, world, _Work(), tries_for_certain=_FOR_CERTAIN)[0]
+
+
+def _needed(pattern: dict[str, Any]) -> list[dict[str, Any]]:
+    return [p for p in pattern["parameters"] if p["default"] is None]
+
+
+def was_tried(pattern: dict[str, Any]) -> bool:
+    """Whether it is known of all worlds if a pattern fits them."""
+    return all(proof.get("because") != NOT_TRIED for proof in pattern["worlds"].values())
 
 
 def uses_of(result: str) -> tuple[str, ...]:
@@ -98,41 +128,19 @@ def uses_of(result: str) -> tuple[str, ...]:
     return _USES.get(result, _EITHER)
 
 
-def held_against_worlds(pattern: dict[str, Any], library: PatternLibrary) -> list[str]:
-    """The worlds that a stored pattern fits, each proved again by the call that it states."""
-    found = []
-    for world, proof in pattern["worlds"].items():
-        words = library.vocabulary(world) if proof["fits"] else None
-        if words is None:
-            continue
-        mistake = _mistake(proof.get("with", ""), pattern, library.exports, words)
-        if mistake is None:
-            found.append(world)
-        elif mistake.message.startswith(_WHATEVER_THE_WORLD):
-            break  # to find that again takes a second for each
-    return found
-
-
-def _mistake(
-    call: str, pattern: dict[str, Any], module: Module, world: Vocabulary
-) -> Diagnostic | None:
-    """None where a call can be used in some way, else what is wrong with one of the ways."""
-    mistake: Diagnostic | None = None
-    for use in uses_of(pattern["result"]):
-        mistake, _ = _mistakes(use, call, module, world)
-        if mistake is None or mistake.message.startswith(_WHATEVER_THE_WORLD):
-            break
-    return mistake
-
-
 def _some_call(
     pattern: dict[str, Any],
-    needed: list[dict[str, Any]],
     who: tuple[str, ...],
     module: Module,
     world: Vocabulary,
+    work: _Work,
+    tries_for_certain: int = 0,
 ) -> tuple[str | None, str]:
-    """A call that is accepted, without a warning if there is one, else why the first is not."""
+    """A call that is accepted, else why the first is not.
+
+    Among so many tries one without a warning is looked for.
+    """
+    needed = _needed(pattern)
     accepted: str | None = None
     because = "there is nothing in this world to use it with"
     for number, arguments in enumerate(_choices(needed, who, world)):
@@ -140,7 +148,9 @@ def _some_call(
         if pattern["parameters"] and not needed:
             call += "()"
         for use in uses_of(pattern["result"]):
-            mistake, warned = _mistakes(use, call, module, world)
+            if work.is_too_much:
+                return accepted, "" if accepted else NOT_TRIED
+            mistake, warned = _mistakes(use, call, module, world, work)
             if mistake is None and not warned:
                 return call, ""
             if mistake is not None and mistake.code in _WHATEVER_IS_GIVEN:
@@ -149,9 +159,9 @@ def _some_call(
                 accepted = accepted or call
             elif number == 0 and use == uses_of(pattern["result"])[0]:
                 because = mistake.message
-        if accepted is not None and number >= _FOR_CERTAIN:
+        if accepted is not None and number >= tries_for_certain:
             break
-    return accepted, because
+    return accepted, "" if accepted else because
 
 
 def _choices(
@@ -225,7 +235,7 @@ def _predicates(world: Vocabulary) -> list[str]:
 
 
 def _mistakes(
-    use: str, call: str, module: Module, world: Vocabulary
+    use: str, call: str, module: Module, world: Vocabulary, work: _Work
 ) -> tuple[Diagnostic | None, bool]:
     """The first mistake of an objective, and whether there is a warning."""
     problems: list[Diagnostic] = []
@@ -239,5 +249,6 @@ def _mistakes(
             problems.extend(problem.diagnostics)
         except (Stop, LeavesAtZero):
             pass
+    work.parts += elaborator.all_nodes + _PARTS_OF_A_TRY
     errors = [d for d in problems if d.severity == "error"]
     return (errors[0] if errors else None), bool(problems)

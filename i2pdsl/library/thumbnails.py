@@ -13,21 +13,26 @@ from pathlib import Path
 
 from PIL import Image
 
+from i2pdsl.library.examples import FIRST_WORLD
+from i2pdsl.render.pictures import drawing_for
 from i2pdsl.resources import atomic_path
+from i2pdsl.worlds.find import find_spec
 
 WIDEST, COLOURS = 900, 128
-NOT_SHOWN = "hill"  # a story of bodies needs its page
 
 
 def write_thumbnails(catalogue: Path, library: Path) -> list[Path]:
     """Reduces the comics of a catalogue to a few colours, into `pictures/` of a library's folder.
 
-    A pattern whose own example is told elsewhere has one in the kitchen too, which is not shown.
+    A pattern whose own example is told elsewhere has one in the first world too, which is not
+    shown.
     """
     found: dict[str, Path] = {}
     for path in sorted((catalogue / "pictures").glob("*.png")):
         pattern, _, world = path.stem.rpartition("-")
-        if world != NOT_SHOWN and (pattern not in found or world != "kitchen"):
+        spec = find_spec(world)
+        is_told = spec is None or drawing_for(spec).strip_tells
+        if is_told and (pattern not in found or world != FIRST_WORLD):
             found[pattern] = path
     written = []
     for path in found.values():

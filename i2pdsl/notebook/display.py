@@ -15,18 +15,15 @@ import tempfile
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from i2pdsl.answers import Answer
 from i2pdsl.notebook.source import story_html
-
-if TYPE_CHECKING:
-    from i2pdsl.answers import Answer
-    from i2pdsl.pipeline import Result, Story
-    from i2pdsl.scripts import Script
-
-Bundle = tuple[dict[str, Any], dict[str, Any]]
+from i2pdsl.pipeline import Result, Story
+from i2pdsl.scripts import Script
+from i2pdsl.shown import Bundle, shows
 
 PLAYER_HEIGHT = 760  # pixels: the film with its controls, and the curves' heads below it
 SHARPNESS, ENLARGED = 200, 130  # of a curve: dots to an inch, and CSS pixels to an inch
@@ -64,11 +61,17 @@ def show_result(result: Result) -> Bundle:
 
 
 def show_answer(answer: Answer) -> Bundle:
-    """A number as it is; a small table for a latent; curves for what goes on over t."""
+    """A number as it is; a small table for latents; curves for what goes on over t."""
     lines = answer.in_words().splitlines()
     if len(lines) > LINES:
         lines[LINES // 2 : -LINES // 2] = [f"   … {len(lines) - LINES} more"]
     data: dict[str, Any] = {"text/plain": "\n".join(lines)}
+    if answer.axes:
+        if answer.t is None:
+            heads, found = answer.grid()
+            cells = [(*keys, *(f"{v:.4f}" for v in values)) for keys, values in found]
+            data["text/html"] = table_html(heads, cells)
+        return data, {}
     if answer.t is not None:
         png, width = curves_png(answer)
         data["image/png"] = _base64(png)
@@ -152,3 +155,9 @@ def _small(png: bytes) -> bytes:
 
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode("ascii")
+
+
+shows(Story, show_story)
+shows(Script, show_script)
+shows(Result, show_result)
+shows(Answer, show_answer)

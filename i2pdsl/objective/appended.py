@@ -63,7 +63,7 @@ def append_turns(
     return found
 
 
-def extended(xp: Any, frames: Frame, suffix: list[tuple[Frame, Array]]) -> tuple[Frame, Array]:
+def with_suffix(xp: Any, frames: Frame, suffix: list[tuple[Frame, Array]]) -> tuple[Frame, Array]:
     """A history [T + 1, ...] with appended frames behind it, and which frames can happen."""
     joined = Frame(
         *(

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from i2pdsl.audience import queries
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import Frame, HistoryScope, View
+from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.worlds.world import World
 
@@ -89,7 +89,7 @@ class Compiler:
 
     def moment(self, moment: ty.Moment) -> Callable[[Scope], View]:
         described = moment.offset if moment.offset is not None else moment.frames
-        self.shape.append(f"@{moment.first},{described},{moment.turns}")
+        self.shape.append(f"@{moment.first},{described},{moment.seen},{moment.turns}")
         return lambda scope: scope.view(moment)
 
     # Expressions.
@@ -149,97 +149,54 @@ class Compiler:
 
         return interpolated
 
-    def _probability(self, node: ty.Probability) -> Closure:
-        event, mask = self.mask(node.event), self.mask(node.given.mask)
-        return self._belief(
-            node.given, lambda s, view: queries.probability(view.belief, event(s), mask(s))
-        )
-
-    def _belief(self, given: ty.Given, form: Callable[[Scope, View], Array]) -> Closure:
-        """A form about one moment, 0 where the moment does not exist."""
-        moment = self.moment(given.moment)
+    def _belief(self, node: ty.Belief) -> Closure:
+        """A form about beliefs: its meaning, 0 where a moment of it does not exist."""
+        self.shape.append(node.form)
+        about = self._about(node.about)
+        mask = self.mask(node.given[0].mask)
+        moments = [self.moment(given.moment) for given in node.given]
+        meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
-            view = moment(scope)
-            return _where_exists(scope, view.exists, form(scope, view))
+            views = tuple(moment(scope) for moment in moments)
+            asked = Asked(scope.world, scope.tables, about(scope, views[0]), mask(scope), views)
+            found = meaning(asked)
+            for view in () if node.labels else views:
+                found = _where_exists(scope, view.exists, found)
+            return found
 
         return value
 
-    def _expectation(self, node: ty.Expectation) -> Closure:
-        mask = self.mask(node.given.mask)
-        quantity = self._aligned(node.quantity, True)
-
-        def form(scope: Scope, view: View) -> Array:
-            inner = _QuantityScope(scope, view.state)
-            return queries.expectation(view.belief, quantity(inner), mask(scope))
-
-        return self._belief(node.given, form)
+    def _about(self, about: Any) -> Callable[[Scope, View], Array]:
+        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H], or a
+        character's number."""
+        if isinstance(about, int):
+            return lambda scope, view: about
+        if about is None or isinstance(about, ty.Partition):
+            groups = self.partition(about)
+            return lambda scope, view: groups(scope)
+        if isinstance(about, tuple):
+            event = self.mask(about)
+            return lambda scope, view: event(scope)
+        quantity = self._aligned(about, True)
+        return lambda scope, view: quantity(_QuantityScope(scope, view.state))
 
     def _valueat(self, node: ty.ValueAt) -> Closure:
         who = node.who
         self.shape.append(str(who))
         return lambda scope: scope.world.value(scope.tables, who, scope.state)
 
-    def _divergence(self, node: ty.Divergence) -> Closure:
-        groups, mask = self.partition(node.partition), self.mask(node.first.mask)
-        first, second = self.moment(node.first.moment), self.moment(node.second.moment)
-
-        def value(scope: Scope) -> Array:
-            a, b = first(scope), second(scope)
-            result = queries.divergence(a.belief, b.belief, groups(scope), mask(scope))
-            return _where_exists(scope, b.exists, _where_exists(scope, a.exists, result))
-
-        return value
-
-    def _entropy(self, node: ty.Entropy) -> Closure:
-        groups, mask = self.partition(node.partition), self.mask(node.given.mask)
-        return self._belief(
-            node.given, lambda s, view: queries.entropy(view.belief, groups(s), mask(s))
-        )
-
-    def _surprise(self, node: ty.Surprise) -> Closure:
-        mask = self.mask(node.given.mask)
-
-        def form(scope: Scope, view: View) -> Array:
-            if view.frame is None:
-                return scope.xp.zeros(())
-            return queries.surprise(view.frame.expecting, view.frame.log_rows, mask(scope))
-
-        return self._belief(node.given, form)
-
-    def _suspense(self, node: ty.Suspense) -> Closure:
-        groups, mask = self.partition(node.partition), self.mask(node.given.mask)
-
-        def form(scope: Scope, view: View) -> Array:
-            world, tables = scope.world, scope.tables
-            ahead = world.turns(tables, view.state)
-            return queries.suspense(
-                view.belief,
-                ahead.log_rows,
-                ahead.chance,
-                ahead.valid,
-                groups(scope),
-                mask(scope),
-                world.forgetting(tables),
-            )
-
-        return self._belief(node.given, form)
-
-    def _distribution(self, node: ty.Distribution) -> Closure:
-        groups, mask = self.partition(node.partition), self.mask(node.given.mask)
-        moment = self.moment(node.given.moment)
-
-        def value(scope: Scope) -> Array:
-            view = moment(scope)
-            return queries.marginal(view.belief, groups(scope), mask(scope)).mean(-2)
-
-        return value
-
     def _feature(self, node: ty.Feature) -> Closure:
-        assert node.moment is not None
         name = node.predicate
         arguments = [self._argument(a) for a in self.world.feature_arguments(name, node.arguments)]
         self.shape.append(name)
+
+        def asked(scope: Scope, state: Array, before: Array | None, action: Array | None) -> Array:
+            given = tuple(a(scope) for a in arguments)
+            return scope.world.feature(scope.tables, name, given, state, before, action) * 1.0
+
+        if node.moment is None:  # of a first picture
+            return lambda scope: asked(scope, scope.state, None, None)
         moment = self.moment(node.moment)
 
         def value(scope: Scope) -> Array:
@@ -247,11 +204,8 @@ class Compiler:
             if view.frame is None:
                 return scope.xp.zeros(())
             frame = view.frame
-            given = tuple(a(scope) for a in arguments)
-            holds = scope.world.feature(
-                scope.tables, name, given, frame.state, frame.before, frame.action
-            )
-            return _where_exists(scope, view.exists, holds * 1.0)
+            holds = asked(scope, frame.state, frame.before, frame.action)
+            return _where_exists(scope, view.exists, holds)
 
         return value
 

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.appended import append_turns, extended
+from i2pdsl.language.forms import BY_NAME
+from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.worlds.world import World
@@ -101,17 +102,23 @@ def _looks_far(node: object, length: int) -> bool:
         case ty.Reduction():
             # A fixed frame inside a sum (the prior excepted) changes terms already taken.
             moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
-            frames = [
-                n.moment if isinstance(n, ty.Feature) else n.given.moment
-                for n in ty.walk(node.body)
-                if isinstance(n, ty.Feature | ty.Surprise)
-            ]
+            frames = [m for n in ty.walk(node.body) for m in _asked(n)]
             return any(m.first is None and m.frames[0] != 0 for m in moments) or any(
-                m is None or m.offset != 0 for m in frames
+                m.offset != 0 for m in frames
             )
-        case ty.Feature(moment=ty.Moment(first=None)) | ty.Surprise():
-            return False
     return False
+
+
+def _asked(node: object) -> list[ty.Moment]:
+    """The frames that a form asks of themselves, not only of the belief or the state after them."""
+    match node:
+        case ty.Feature(moment=ty.Moment() as moment):
+            return [moment]
+        case ty.Moment() if node.seen is not None:
+            return [node]
+        case ty.Belief(form=form, given=given) if BY_NAME[form].asks_frame:
+            return [g.moment for g in given]
+    return []
 
 
 @dataclass(frozen=True)
@@ -260,7 +267,7 @@ def _score(
                 (): (carry.frames, xp.ones((length + 1,), dtype=bool))
             }
             for turns, suffix in suffixes.items():
-                histories[turns] = extended(xp, carry.frames, suffix)
+                histories[turns] = with_suffix(xp, carry.frames, suffix)
             scope = HistoryScope(world, tables, params, histories, last.number, length, None)
         else:
             scope = _FoldScope(world, tables, params, last, carry.first_state, length, suffixes)

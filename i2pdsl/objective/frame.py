@@ -81,6 +81,14 @@ class View:
     exists: Array | bool = True
 
 
+def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
+    """A frame as seen at its end, or once some of its actions were observed."""
+    belief = frame.belief
+    if moment.seen is not None:
+        belief = frame.expecting[..., moment.seen, :, :]
+    return View(belief, frame.state, frame, exists)
+
+
 class StepScope:
     """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
 
@@ -92,7 +100,7 @@ class StepScope:
     def view(self, moment: ty.Moment) -> View:
         frame = self.frame
         if moment.offset == 0:
-            return View(frame.belief, frame.state, frame)
+            return _after(frame, moment)
         if moment.offset == -1:
             return View(frame.previous, frame.before, None)
         return _prior(self, state=self.first_state)
@@ -145,11 +153,9 @@ class EndScope:
             return _prior(self, state=self.first_state)
         if index > self.length:
             frame, possible = self.suffixes[moment.turns][index - self.length - 1]
-            return View(frame.belief, frame.state, frame, possible)
+            return _after(frame, moment, possible)
         frame = self.last
-        return View(
-            frame.belief, frame.state, frame, (frame.number == self.length) & (index == self.length)
-        )
+        return _after(frame, moment, (frame.number == self.length) & (index == self.length))
 
 
 class HistoryScope:
@@ -188,4 +194,4 @@ class HistoryScope:
         safe = self.xp.clip(self.xp.asarray(index), 0, total)
         frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
-        return View(frame.belief, frame.state, frame, exists)
+        return _after(frame, moment, exists)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from i2pdsl.audience.replay import evaluate
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.replay import evaluate
 from i2pdsl.worlds.world import World
 
 
@@ -22,7 +22,7 @@ def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
         times = tuple(range(1, story.length + 1))
         nothing = (True,) * len(story.vocabulary.hypotheses)
         given = ty.Given(ty.Moment((), times, 1), nothing)
-        rational = ty.Probability(story.everyone_rational, given)
+        rational = ty.Belief("P", story.everyone_rational, (given,))
         terms.append((story.rationality, ty.Reduction("sum", 1, story.length, rational)))
     return terms
 

@@ -9,14 +9,25 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from i2pdsl.errors import Diagnostic, whole_file
 from i2pdsl.repl.mistakes import INPUT
 from i2pdsl.repl.showing import Reply
+from i2pdsl.repl.state import State
 
-if TYPE_CHECKING:
-    from i2pdsl.repl.session import Session
+
+class Session(Protocol):
+    """What is kept of a session (repl/session.py)."""
+
+    state: State
+    kept: Path | None
+
+    @property
+    def workshop(self) -> Any: ...
+
+    def run(self, line: str) -> Reply: ...
+
 
 _TOLD = 120  # characters of an exception in the message; all of it is in the details
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from i2pdsl.describe import shown_value
 from i2pdsl.errors import did_you_mean, error, whole_file
 from i2pdsl.language import ast
-from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS, Word, word_named
+from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS, word_named
+from i2pdsl.language.forms import Word
 from i2pdsl.repl.examples import example_here, in_words_of
 from i2pdsl.repl.mistakes import INPUT
 from i2pdsl.repl.state import State

@@ -11,16 +11,15 @@ from i2pdsl.answers import Answer
 from i2pdsl.errors import Diagnostic, Source, StoryError, did_you_mean, whole_file
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
-from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.language.statements import check_text, read_source, split_outside
 from i2pdsl.render.fonts import noting
-from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.faults import fault
 from i2pdsl.repl.helping import every_word, explain
 from i2pdsl.repl.mistakes import INPUT, misspelt_command, placed, usage, wrong
 from i2pdsl.repl.program import Part, Program, read_program
 from i2pdsl.repl.showing import Asked, Plotted, Reply, Shown, Tabled, Text
-from i2pdsl.repl.state import SCORED, State, same_story
-from i2pdsl.repl.texts import PICTURES, split_file, split_outside, without_comment
+from i2pdsl.repl.state import SCORED, Desk, State, same_story
+from i2pdsl.repl.texts import PICTURES, split_file, without_comment
 from i2pdsl.repl.words import COMMAND_WORDS
 from i2pdsl.worlds.find import find_vocabulary
 
@@ -32,13 +31,10 @@ GOALS = ("maximize", "minimize")
 NO_FRAMES = "the script has no frames yet, and this begins at frame 1: no numbers"
 
 
-class Session:
+class Session(Desk):
     """Takes lines. Nothing that is typed raises anything but KeyboardInterrupt.
 
     Attributes:
-        state: the story and script as they are now.
-        past: the states that `undo` brings back, each with the line that changed it.
-        ink: what frames are drawn with.
         kept: where the session is kept once something of ours has failed.
         workshop: makes worlds and scripts; loaded when the first line needs it, since it takes
             seconds.
@@ -46,10 +42,8 @@ class Session:
 
     def __init__(self) -> None:
         program = Program((Part("", f"world {FIRST_WORLD}"),))
-        self.state = State(program, program.understood())
-        self.past: list[tuple[str, State]] = []
+        super().__init__(State(program, program.understood()))
         self.comments: list[str] = []
-        self.ink = Ink()
         self.kept: Path | None = None
         self._workshop: Workshop | None = None
         self._commands: dict[str, Callable[[str], Reply]] = {
@@ -74,7 +68,7 @@ class Session:
         except StoryError as problem:
             reply = Reply(diagnostics=problem.diagnostics)
         except (OSError, MemoryError) as problem:
-            from i2pdsl.commands.output import in_words
+            from i2pdsl.output import in_words
 
             failed = Diagnostic("failed", in_words(problem), whole_file(INPUT))
             reply = Reply(diagnostics=(failed,))
@@ -176,10 +170,6 @@ class Session:
         self.past.append((" ".join(told.split()), self.state))
         self.state = state
 
-    def pay(self, solved: State) -> None:
-        """Gives a script to the earlier states that owe the same one: `undo` searches nothing."""
-        self.past = [(line, old.paid(solved)) for line, old in self.past]
-
     # Commands.
 
     def on_load(self, rest: str) -> Reply:
@@ -189,7 +179,7 @@ class Session:
 
     def open(self, path: str) -> Reply:
         """Opens a story, whose script is made when it is first asked about, or a script."""
-        from i2pdsl.commands.inputs import is_script
+        from i2pdsl.worlds.record import is_script
 
         source = read_source(path)
         if not path.endswith(".story") and is_script(source):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from i2pdsl.answers import Answer, number
 from i2pdsl.errors import Diagnostic, display_width, padded
-from i2pdsl.repl.curves import NOTHING, Ink, curves_of, draw_curves, extent
-from i2pdsl.repl.texts import laid_out, wrapped
+from i2pdsl.render.characters import NOTHING, Ink, curves_of, draw_curves, extent, laid_out
+from i2pdsl.repl.texts import wrapped
 
 MOST_VALUES = 40  # of a curve that are listed below it
 
@@ -126,7 +126,7 @@ def in_a_line(shown: Shown) -> str:
 def _line(answer: Answer) -> str:
     columns = answer.columns()
     joined = {name: " ".join(map(number, np.atleast_1d(v))) for name, v in columns.items()}
-    if answer.labels is None:
+    if answer.labels is None and not answer.axes:
         return next(iter(joined.values()))
     mark = "; " if answer.t is not None else ", "
     return mark.join(f"{name} {values}" for name, values in joined.items())
@@ -166,6 +166,8 @@ def on_a_terminal(shown: Shown, ink: Ink) -> str:
 
 
 def _asked(answer: Answer, ink: Ink) -> str:
+    if answer.axes:
+        return _some_frames(answer).in_words()
     if answer.t is not None:
         if not answer.t:
             return ""
@@ -179,6 +181,15 @@ def _asked(answer: Answer, ink: Ink) -> str:
     columns = answer.columns()
     values = np.array(list(columns.values()))
     return "\n".join(_bars(answer.latent or "", tuple(columns), values, ink))
+
+
+def _some_frames(answer: Answer) -> Answer:
+    """An answer over t for a screen: of many frames every so many, and the last."""
+    count = len(answer.t or ())
+    if count <= MOST_VALUES or answer.t is None:
+        return answer
+    kept = sorted({*range(0, count, -(-count // MOST_VALUES)), count - 1})
+    return replace(answer, t=[answer.t[i] for i in kept], value=answer.value[kept])
 
 
 def _bars(latent: str, labels: Sequence[str], values: np.ndarray, ink: Ink) -> list[str]:
@@ -226,7 +237,8 @@ def table(
         return NOTHING
     names = [c.name for c in curves]
     if len(answers) == 1:
-        names = list(answers[0].columns()) if answers[0].labels else ["value"]
+        is_table = answers[0].labels or answers[0].axes
+        names = list(answers[0].columns()) if is_table else ["value"]
     first, last = extent(curves)
     step = 1 if most is None else max(1, -(-(last - first + 1) // most))
     rows = [*range(first, last + 1, step)]

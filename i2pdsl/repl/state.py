@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from i2pdsl.language.check import TypedStory
+from i2pdsl.render.characters import Ink
 from i2pdsl.repl.program import Program
-from i2pdsl.search.record import Trajectory
+from i2pdsl.worlds.record import Trajectory
 
 SCORED = (  # what a script's objective depends on
     *("world", "settings", "length", "objective", "rationality", "plausibility"),
@@ -74,3 +75,22 @@ class State:
             "source": source,
             "seed": self.seed,
         }
+
+
+@dataclass
+class Desk:
+    """What lies before a session: its story and script, and how they were before.
+
+    Attributes:
+        state: the story and script as they are now.
+        past: the states that `undo` brings back, each with the line that changed it.
+        ink: what frames are drawn with.
+    """
+
+    state: State
+    past: list[tuple[str, State]] = field(default_factory=list)
+    ink: Ink = field(default_factory=Ink)
+
+    def pay(self, solved: State) -> None:
+        """Gives a script to the earlier states that owe the same one: `undo` searches nothing."""
+        self.past = [(line, old.paid(solved)) for line, old in self.past]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from i2pdsl.language.builtins import Word
+from i2pdsl.language.forms import Word
 
 COMMANDS: tuple[Word, ...] = (
     Word("load", "load FILE", "opens a story or a script", "load stories/kitchen/help.story"),

@@ -5,36 +5,29 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from i2pdsl.audience.replay import replay
-from i2pdsl.computing import computing
-from i2pdsl.errors import Source, StoryError, error, whole_file
+from i2pdsl.errors import Source, Span, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
-from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.objective.replay import replay
+from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story
 from i2pdsl.progress import Bars
-from i2pdsl.repl.looking import frame_in_words, frame_picture
-from i2pdsl.repl.mistakes import INPUT, placed, wrong
+from i2pdsl.render.pictures import drawing_for, pictures_of
+from i2pdsl.repl.mistakes import INPUT, placed, put_into, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
-from i2pdsl.repl.state import State, Suggestion
-from i2pdsl.repl.turns import MOST_FRAMES, frame_count, played, rolled_out
-from i2pdsl.scripts import Script, extended, script_from, script_of
-from i2pdsl.search.grid_script import turn_in_words
-from i2pdsl.search.record import Trajectory, read_record
-from i2pdsl.worlds.grid.world import GridWorld
-from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.repl.state import Desk, State, Suggestion
+from i2pdsl.scripts import Script, script_from, script_of
+from i2pdsl.search.searches import search_of
+from i2pdsl.search.task import Task, draw_starts
+from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.record import Trajectory, empty, read_record
 from i2pdsl.worlds.world import World
 
-if TYPE_CHECKING:
-    from i2pdsl.repl.session import Session
-
-MOST_SUGGESTED = 20  # frames that `suggest` looks ahead in a grid
 SHOWN = 3  # suggestions
-_HILL_FRAMES = 100  # that `suggest` adds on the hill without a number
 _PICTURES = (".png", ".svg", ".gif", ".mp4", ".html")
 
 
@@ -51,20 +44,20 @@ class Workshop:
 
     # The script at hand.
 
-    def script(self, session: Session) -> Script:
+    def script(self, desk: Desk) -> Script:
         """The current script as the current story's audience sees it."""
-        if session.state.is_owed:
-            state, score, said = self.solved(session, session.state.seed)
+        if desk.state.is_owed:
+            state, score, said = self.solved(desk, desk.state.seed)
             self.remarks += [f"solved: {score.text}", *said]
-            session.pay(state)
-            session.state = state
-        state = session.state
+            desk.pay(state)
+            desk.state = state
+        state = desk.state
         world = self.world(state)
         path = state.path if state.path is not None else first_picture(world, _story(state))
         old = self._script
         if old is None or old.world is not world or old.trajectory is not path:
             if state.path is None:
-                session.state = state = replace(state, path=path)
+                desk.state = state = replace(state, path=path)
             self._script = old = _script(state, world, path)
         typed = state.typed
         return replace(old, module=typed.module, assumption=typed.assumption)
@@ -73,14 +66,14 @@ class Workshop:
         with Bars() as bars:
             return _story(state).world(bars.watch)
 
-    def moved(self, state: State, session: Session) -> tuple[State, tuple[str, ...]]:
+    def moved(self, state: State, desk: Desk) -> tuple[State, tuple[str, ...]]:
         """The session's script in another world or before another audience, if it fits there."""
         assert state.path is not None
-        old = _story(session.state).spec
+        old = _story(desk.state).spec
         new = _story(state).spec
         if not len(state.path.actions):
             return replace(state, path=None), ()
-        if type(old) is type(new) and _same_rules(old, new):
+        if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
         return replace(state, path=None, score=None, is_owed=False), (gone,)
@@ -108,25 +101,25 @@ class Workshop:
         state = State(program, program.understood(), script.trajectory, script.score)
         return state, script
 
-    def saved(self, session: Session, path: Path) -> list[str]:
+    def saved(self, desk: Desk, path: Path) -> list[str]:
         """Writes the script, or its pictures."""
         if path.suffix.lower() not in (".json", *_PICTURES):
             message = "the name of the file says what to write"
             hint = f"it ends in .story, .json, {', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}"
             raise wrong("save", str(path), message, hint)
-        script = self.script(session)
+        script = self.script(desk)
         if not script.length:
             hint = "`solve`, or `play` a frame"
             raise wrong("save", str(path), "the script has no frames yet", hint)
         # The story may have changed since the script was made.
-        now = _script(session.state, script.world, script.trajectory)
+        now = _script(desk.state, script.world, script.trajectory)
         return [str(now.save(path))] if path.suffix.lower() == ".json" else _drawn(now, path)
 
     # Changing the script.
 
-    def solved(self, session: Session, seed: int) -> tuple[State, Text, tuple[str, ...]]:
+    def solved(self, desk: Desk, seed: int) -> tuple[State, Text, tuple[str, ...]]:
         """The script that the story asks for. Raises StoryError, KeyboardInterrupt."""
-        before = session.state
+        before = desk.state
         typed = before.program.check()
         story = story_of(typed, before.program)
         with Bars("searching") as bars:
@@ -153,31 +146,36 @@ class Workshop:
         score = "unknown" if script.score is None else f"{script.score:.6g}"
         return state, Text(f"score {score}"), said
 
-    def played(self, session: Session, typed: str) -> tuple[State, Moved]:
+    def played(self, desk: Desk, typed: str) -> tuple[State, Moved]:
         """One more frame by hand, or some of the hopper's own."""
-        script = self.script(session)
-        if isinstance(script.world, HillWorld):
-            frames = frame_count(typed)
-            path = rolled_out(script.world, script.trajectory, frames)
-            told = f"[{frames} frames of the hopper's own motion]"
-        else:
-            module = session.state.typed.module
-            path, told = played(script.world, module, script.trajectory, typed)
-        return self._longer(session, script, path, told)
+        script = self.script(desk)
+        module, line = desk.state.typed.module, f"play {typed}"
 
-    def accepted(self, session: Session, chosen: Suggestion) -> tuple[State, Moved]:
-        return self._longer(session, self.script(session), chosen.path, chosen.told)
+        def move(span: Span) -> tuple[int, int] | None:
+            inside = span.source.name == "play"
+            return (span.start + len("play "), span.end + len("play ")) if inside else None
 
-    def rewound(self, session: Session, typed: str) -> State:
-        script = self.script(session)
+        try:
+            path, told = kind_of(script.world.spec).played(
+                script.world, module, script.trajectory, typed
+            )
+        except StoryError as problem:
+            raise StoryError(put_into(problem.diagnostics, line, move)) from None
+        return self._longer(desk, script, path, told)
+
+    def accepted(self, desk: Desk, chosen: Suggestion) -> tuple[State, Moved]:
+        return self._longer(desk, self.script(desk), chosen.path, chosen.told)
+
+    def rewound(self, desk: Desk, typed: str) -> State:
+        script = self.script(desk)
         frame = _frame(typed or "0", script.length, "rewind")
         path = Trajectory(script.trajectory.actions[:frame], script.trajectory.states[: frame + 1])
-        return replace(session.state, path=path, score=None, suggestions=())
+        return replace(desk.state, path=path, score=None, suggestions=())
 
     def _longer(
-        self, session: Session, script: Script, path: Trajectory, told: str
+        self, desk: Desk, script: Script, path: Trajectory, told: str
     ) -> tuple[State, Moved]:
-        state = replace(session.state, path=path, score=None, suggestions=())
+        state = replace(desk.state, path=path, score=None, suggestions=())
         longer = _script(state, script.world, path)
         longer = replace(longer, module=script.module, assumption=script.assumption)
         self._script = longer
@@ -187,31 +185,29 @@ class Workshop:
 
     # Looking.
 
-    def looked(self, session: Session, typed: str) -> Looked:
+    def looked(self, desk: Desk, typed: str) -> Looked:
         """A frame as characters can show it, and what viewers believe after it."""
-        script = self.script(session)
+        script = self.script(desk)
         frame = _frame(typed, script.length, "show") if typed else script.length
-        title = f"frame {frame} of {script.length}: {frame_in_words(script, frame)}"
-        return Looked(title, frame_picture(script, frame, session.ink), beliefs_at(script, frame))
+        spec, path = script.world.spec, script.trajectory
+        told = kind_of(spec).frame_in_words(script.world, path, frame) if frame else "the start"
+        drawn = drawing_for(spec).in_characters(script.world, path.states[frame], desk.ink)
+        title = f"frame {frame} of {script.length}: {told}"
+        return Looked(title, drawn, beliefs_at(script, frame))
 
     def suggested(
-        self, session: Session, typed: str
+        self, desk: Desk, typed: str
     ) -> tuple[tuple[Suggestion, ...], Text, tuple[str, ...]]:
         """The best next frames for the story's objective, or for another one."""
-        script = self.script(session)
+        script = self.script(desk)
         match = re.match(r"(\d{1,6})(?=\s|$)", typed)
         expression = typed[match.end() :].strip() if match else typed.strip()
-        is_hill = isinstance(script.world, HillWorld)
-        usual = _HILL_FRAMES if is_hill else 1
+        usual, most = kind_of(script.world.spec).suggested
         frames = int(match[1]) if match else usual
-        most = MOST_FRAMES if is_hill else MOST_SUGGESTED
         if not 1 <= frames <= most:
             raise wrong("suggest", typed, f"expected 1 to {most:,} frames", "`suggest 2`")
-        story = self._wanted(session.state, expression, script.length + frames, typed)
-        if is_hill:
-            found = self._suggested_on_hill(story, script, frames)
-        else:
-            found = self._suggested_on_grid(story, script, frames)
+        story = self._wanted(desk.state, expression, script.length + frames, typed)
+        found = self._suggested(story, script, frames)
         if not found:
             raise error("search", "nothing that follows has a finite value", whole_file(INPUT))
         numbers = [f"{s.score:.6g}" for s in found]
@@ -250,49 +246,19 @@ class Workshop:
             offset = len(line) - len(part.text)
             raise StoryError(placed(mistakes, part.text, line, offset)) from None
 
-    def _suggested_on_grid(
-        self, story: Story, script: Script, frames: int
-    ) -> tuple[Suggestion, ...]:
-        world = script.world
-        assert isinstance(world, GridWorld)
-        objective = story_objective(story.typed, world)
-        with Bars("searching") as bars, computing(bars.say):
-            from i2pdsl.search.onward import continuations
-
-            found = continuations(
-                world,
-                objective,
-                story.typed.length,
-                script.trajectory,
-                frames,
-                story.events(world),
-                bars.say,
-            )
-        suggestions = []
-        for each in found[:SHOWN]:
-            told = " ".join(turn_in_words(world, int(action)) for action in each.actions)
-            path = extended(world, script.trajectory, [int(a) for a in each.actions])
-            suggestions.append(Suggestion(told, path, each.score))
-        return tuple(suggestions)
-
-    def _suggested_on_hill(
-        self, story: Story, script: Script, frames: int
-    ) -> tuple[Suggestion, ...]:
-        world, path, typed = script.world, script.trajectory, story.typed
-        assert isinstance(world, HillWorld)
-        objective = story_objective(typed, world)
-        with Bars("searching") as bars, computing(bars.say):
-            from i2pdsl.search.onward import descents
-
-            found = descents(
-                world, objective, typed.length, typed.search, path, frames, bars.watch.searching
-            )
+    def _suggested(self, story: Story, script: Script, frames: int) -> tuple[Suggestion, ...]:
+        world, path = script.world, script.trajectory
+        with Bars("searching") as bars:
+            task = Task(story.typed, world, bars.watch)
+            found = search_of(story.typed).onward(task, path, frames)
         suggestions = []
         for longer, score in found[:SHOWN]:
-            seen = replay(world, longer.states, longer.actions)
-            then = replace(script, trajectory=longer, frames=seen)
-            beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
-            told = f"[{frames} frames, then {beliefs}]"
+            told = kind_of(world.spec).continuation_in_words(world, longer, script.length + 1)
+            if not told:
+                seen = replay(world, longer.states, longer.actions)
+                then = replace(script, trajectory=longer, frames=seen)
+                beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
+                told = f"[{frames} frames, then {beliefs}]"
             suggestions.append(Suggestion(told, longer, score))
         return tuple(suggestions)
 
@@ -307,24 +273,10 @@ def story_of(typed: TypedStory, program: Program) -> Story:
     return Story(typed, program.folder, known)
 
 
-def _same_rules(old: object, new: object) -> bool:
-    """Whether what can happen is the same: only what viewers expect may differ."""
-    from i2pdsl.worlds.grid.spec import GridSpec
-
-    if isinstance(old, GridSpec) and isinstance(new, GridSpec):
-        plain = replace(old, settings=new.settings)
-        return plain == new
-    return old == new
-
-
 def first_picture(world: World, story: Story) -> Trajectory:
     """A script of no frames: the first picture that the story allows, drawn with seed 0."""
-    allowed = story.allowed_starts(world)
-    if isinstance(world, HillWorld):
-        return Trajectory(np.zeros((0, 6)), np.asarray(allowed[:1]))
-    with computing():
-        from i2pdsl.search.beam import draw_starts
-    return Trajectory(np.zeros(0, dtype=np.int64), draw_starts(allowed, 1, 0).astype(np.int64))
+    allowed = Task(story.typed, world, Watch()).starts
+    return empty(world, draw_starts(allowed, 1, 0)[0])
 
 
 def _script(state: State, world: World, path: Trajectory) -> Script:
@@ -368,8 +320,6 @@ def _written(value: object) -> str:
 
 def _drawn(script: Script, path: Path) -> list[str]:
     """Pictures of a script: the one kind that was asked for, beside the name that was given."""
-    from i2pdsl.render.pictures import pictures_of
-
     drawing = pictures_of([script])
     with Bars() as bars:
         kinds = (path.suffix[1:].lower(),)

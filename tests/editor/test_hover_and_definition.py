@@ -32,6 +32,8 @@ pattern show(event, over = script) = sum_t P(event | over[:t])
 maximize show(kind, over = shown) + mean_t E[V(robot) | script[:t]]
 maximize [pushes(robot, cheese) @ script[T]] + arc(who = cheese, scale = 1)
 search beam(starts = 3)
+let table = P(G_cheese, rho | script[:t, cheese])
+let moves = next(robot | script[:t])
 """
 AROUND = surroundings(Source("tale.story", STORY), ROOT / "nowhere", find_vocabulary)
 
@@ -57,6 +59,16 @@ TYPES = {  # the word in the story: its kind, its signature, its type
     ("rho", 1): ("latent", "rho in {-3, -1, 0, 1, 3}", "number over hypotheses"),
     ("G_robot", 1): ("latent", "G_robot in {pink, green, none}", "name over hypotheses"),
     ("P(kind", 1): ("form", "P(event | script[:k], condition, ...)", "number over t"),
+    ("P(G_cheese, rho", 1): (
+        "form",
+        "P(event | script[:k], condition, ...)",
+        "distribution over G_cheese and rho over t",
+    ),
+    ("next(", 1): (
+        "form",
+        "next(who | script[:k], condition, ...)",
+        "distribution over robot over t",
+    ),
     ("V(robot", 1): ("form", "V(who)", "number over hypotheses"),
     ("E[", 1): ("form", "E[quantity | script[:k], condition, ...]", "number over t"),
     ("mean_t", 1): ("reduction", "mean_t e", "number"),

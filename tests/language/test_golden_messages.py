@@ -18,12 +18,13 @@ import pytest
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest
 from i2pdsl.language.check import check_query, check_source
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import build_module
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
-from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.parse import parse_world as parse_grid
+from i2pdsl.worlds.kinds import parse_world
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "golden"
@@ -33,9 +34,18 @@ CASES = sorted(
     for path in FOLDER.iterdir()
     if path.suffix in (".story", ".world", ".query") and path.name not in HELPERS
 )
-READERS = (check_source, check_query, read_source, parse_world)  # whose messages are golden
+# Whose messages are golden.
+READERS = (check_source, check_query, read_source, parse_world, parse_grid)
 REPORTERS = ("Diagnostic", "error", "problem", "fail", "blame", "warn", "missing")
-ELSEWHERE = {"too-many": "test_speed_of_checking.py"}  # codes that have their own tests
+# Codes that have their own tests; a library's is shown at the import.
+ELSEWHERE = {
+    "set": "tests of `i2p run --set`",
+    "library": "tests/library/test_read.py",
+    "too-many": "test_speed_of_checking.py",
+    "no-plan": "tests/test_cli_hill.py",
+    "no-training": "tests/test_cli_hill.py",
+    "command": "tests/repl",
+}
 
 
 def find_world(name: str, folder: Path | None) -> Vocabulary | None:

@@ -8,9 +8,11 @@ import pytest
 
 from i2pdsl.errors import Source
 from i2pdsl.language import ast
-from i2pdsl.language.kinds import KINDS, names_of_worlds, parameter_kinds, result_kind, used_names
+from i2pdsl.language.builtins import FUNCTIONS
+from i2pdsl.language.imports import build_module
+from i2pdsl.language.kinds import KINDS, parameter_kinds, result_kind, used_names
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import Module, build_module, standard_library
+from i2pdsl.language.scope import Module, standard_library
 
 STANDARD = {
     "arc": "who character, shape shape, scale number, steady number",
@@ -55,7 +57,8 @@ def test_standard_patterns(name: str) -> None:
     expected = dict(pair.split() for pair in STANDARD[name].split(", "))
     assert expected.items() <= inferred.items()
     assert result_kind(found.item, found.module) == "number"
-    assert names_of_worlds(found.item, found.module) == ()
+    known = {*standard_library().names, *FUNCTIONS, "pi"}
+    assert used_names(found.item, found.module) <= known, "it names nothing of a world"
 
 
 def test_every_standard_parameter_has_a_kind() -> None:
@@ -152,7 +155,7 @@ def test_results(pattern: str, result: str) -> None:
     assert result_kind(found.item, found.module) == result
 
 
-def test_names_that_only_a_world_knows() -> None:
+def test_names_that_a_definition_uses() -> None:
     text = """
 pattern own(who) = sum_t E[V(who) | script[:t], low]
 let low = rho < 0
@@ -162,10 +165,10 @@ pattern free(x, scale = 2) = sum_t scale * sin(pi * t) * depict(x)
 pattern inside = own(cheese) + depict(rho = 0) + depict(event = G_robot = none)
 """
     names = module(text)
-    needs = {n: names_of_worlds(d.item, d.module) for n, d in names.names.items()}
-    assert needs["own"] == needs["low"] == ("rho",)
-    assert needs["seen"] == ("cheese", "east", "pushes", "robot", "stay")
-    assert needs["free"] == ()
-    assert needs["inside"] == ("G_robot", "cheese", "none", "rho")
-    found = names.names["inside"]
-    assert used_names(found.item, names) == {"own", "cheese", "depict", "rho", "G_robot", "none"}
+    used = {n: used_names(d.item, d.module) for n, d in names.names.items()}
+    assert used["own"] == {"low"}
+    assert used["low"] == {"rho"}
+    assert used["seen"] == {"pushes", "robot", "over"}
+    assert used["over"] == {"cheese", "east", "robot", "stay"}
+    assert used["free"] == {"sin", "pi", "depict"}
+    assert used["inside"] == {"own", "cheese", "depict", "rho", "G_robot", "none"}

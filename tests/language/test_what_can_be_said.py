@@ -73,8 +73,8 @@ def query(text: str, length: int = 5) -> TypedQuery:
 
 def mask(event: str) -> ty.Mask:
     value = query(f"P({event} | script[:0])").value
-    assert isinstance(value, ty.Probability)
-    return value.event
+    assert isinstance(value, ty.Belief)
+    return value.about
 
 
 def test_the_first_listing() -> None:
@@ -84,7 +84,7 @@ def test_the_first_listing() -> None:
     ((sign, value),) = checked.objective
     rho_positive = tuple(h.get("rho", 0) > 0 for h in HYPOTHESES)
     moment = ty.Moment((), range(1, 16), 1)
-    body = ty.Probability(rho_positive, ty.Given(moment, RATIONAL))
+    body = ty.Belief("P", rho_positive, (ty.Given(moment, RATIONAL),))
     assert (sign, value) == (1, ty.Reduction("sum", 1, 15, body))
     assert (checked.rationality, checked.plausibility) == (1.0, 1.0)
     assert (checked.search.method, checked.search.starts, checked.search.width) == ("beam", 500, 1)
@@ -193,14 +193,14 @@ def test_a_comparison_on_a_latent_that_plays_no_part_is_false() -> None:
 
 def test_conditions_join_the_assumption() -> None:
     value = objective("P(rho > 0 | script[:T], G_cheese = pink, rho < 3)")
-    assert isinstance(value, ty.Probability)
-    assert value.given.mask == tuple(
+    assert isinstance(value, ty.Belief)
+    assert value.given[0].mask == tuple(
         r and h["G_cheese"] == "pink" and h["rho"] < 3
         for r, h in zip(RATIONAL, HYPOTHESES, strict=True)
     )
     nothing = objective("P(R_robot | script[:T])", "assume nothing")
-    assert isinstance(nothing, ty.Probability)
-    assert all(nothing.given.mask)
+    assert isinstance(nothing, ty.Belief)
+    assert all(nothing.given[0].mask)
     assert story("1", "assume not R_robot").assumption == tuple(
         not h["R_robot"] for h in HYPOTHESES
     )
@@ -208,8 +208,8 @@ def test_conditions_join_the_assumption() -> None:
 
 def test_an_expectation_of_a_value_is_taken_given_that_its_owner_is_rational() -> None:
     value = objective("E[V(robot) | script[:T]]", "assume nothing")
-    assert isinstance(value, ty.Expectation)
-    assert value.given.mask == tuple(bool(h["R_robot"]) for h in HYPOTHESES)
+    assert isinstance(value, ty.Belief)
+    assert value.given[0].mask == tuple(bool(h["R_robot"]) for h in HYPOTHESES)
 
 
 def test_warnings_for_what_is_certain() -> None:
@@ -521,8 +521,8 @@ def test_query_with_another_assumption() -> None:
 def frames(text: str, length: int = 10) -> tuple[list[int], int | None]:
     value = objective(f"sum_t P(rho > 0 | script[:{text}])", length=length)
     assert isinstance(value, ty.Reduction)
-    assert isinstance(value.body, ty.Probability)
-    moment = value.body.given.moment
+    assert isinstance(value.body, ty.Belief)
+    moment = value.body.given[0].moment
     return list(moment.frames), moment.offset
 
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
+import warnings
+import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.library.document import content_hash, encode
+from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.pack import pack
 
 MOODS = """\
 let middle = T/2
@@ -73,11 +79,55 @@ def files_of(folder: Path) -> list[Path]:
     return sorted([*folder.rglob("*.story"), *folder.rglob("*.world")])
 
 
-def forge(document: dict[str, Any], path: Path) -> None:
-    """Writes a document with the hash that its content has."""
-    forged = {**document, "hash": content_hash(document)}
-    path.write_text(encode(forged), encoding="utf-8")
+def packed(folder: Path, name: str = "moods") -> PatternLibrary:
+    return pack(folder, files_of(folder), name).library
 
 
-def copied(document: dict[str, Any]) -> dict[str, Any]:
-    return json.loads(json.dumps(document))
+class Forgery:
+    """A library that can be changed: its manifest, and its other files.
+
+    Args:
+        data: of a library that is right.
+    """
+
+    def __init__(self, data: bytes):
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            self.files = {name: archive.read(name) for name in archive.namelist()}
+        self.manifest: dict[str, Any] = json.loads(self.files.pop("manifest.json"))
+
+    def record(self, name: str) -> dict[str, Any]:
+        """What the manifest says of a file."""
+        kinds = ("patterns", "outside", "stories", "worlds")
+        return next(r for kind in kinds for r in self.manifest[kind] if r["file"] == name)
+
+    def text(self, name: str, text: str) -> None:
+        """Gives a file another text, and the hash that this has."""
+        self.files[name] = text.encode("utf-8")
+        self.record(name)["sha256"] = hashlib.sha256(self.files[name]).hexdigest()
+
+    def add(self, kind: str, name: str, text: str, **more: Any) -> None:
+        self.manifest[kind].append({"file": name, "sha256": "", "imports": {}, "world": ""} | more)
+        self.text(name, text)
+
+    def rename(self, name: str, new: str) -> None:
+        """A file gets another name, wherever one is."""
+        self.files[new] = self.files.pop(name)
+        self.record(name)["file"] = new
+        for kind in ("patterns", "outside", "stories"):
+            for record in self.manifest[kind]:
+                for found in record["imports"].values():
+                    if isinstance(found, list) and name in found:
+                        found[found.index(name)] = new
+
+    def zipped(self, method: int = zipfile.ZIP_STORED) -> bytes:
+        members = {"manifest.json": json.dumps(self.manifest).encode(), **self.files}
+        return zipped(members.items(), method)
+
+
+def zipped(members: Iterable[tuple[str, bytes]], method: int = zipfile.ZIP_STORED) -> bytes:
+    buffer = io.BytesIO()
+    with warnings.catch_warnings(), zipfile.ZipFile(buffer, "w", method) as archive:
+        warnings.simplefilter("ignore")  # two of one name
+        for name, data in members:
+            archive.writestr(zipfile.ZipInfo(name), data, method)
+    return buffer.getvalue()

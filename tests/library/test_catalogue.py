@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from libraries_for_tests import Forgery
 from PIL import Image
 
 from commands_for_tests import Run
@@ -240,26 +241,27 @@ def test_every_standard_pattern_has_a_small_picture() -> None:
 HOSTILE = '"><script>alert(1)</script>'
 
 
-def forged_library(place: Path, target: Path, **changes: Any) -> Path:
-    """The library with other values, and the hash that these have."""
-    from libraries_for_tests import forge
-
-    document = json.loads((place / "sides.i2plib").read_text(encoding="utf-8"))
-    forge({**document, **changes}, target)
-    return target
-
-
-@pytest.mark.parametrize("name", ["../evil", "/tmp/evil", ".", "..", "a\0b", "CON", "a/b", " "])
+@pytest.mark.parametrize("name", ["../evil", "/tmp/evil", ".", "..", "a\0b", "CON", "", " "])
 def test_a_forged_name_writes_nowhere(name: str, place: Path, tmp_path: Path, i2p: Run) -> None:
-    world = {"name": name, "file": "w.world", "source": "map\n    ..\ncharacter a\n"}
-    for changes in ({"name": name}, {"worlds": [world]}):
-        if changes == {"worlds": [{**world, "name": "a/b"}]}:
-            continue  # a world in a folder of the library
-        library = forged_library(place, tmp_path / "forged.i2plib", **changes)
+    for kind in ("patterns", "outside", "stories", "worlds"):
+        forgery = Forgery((place / "sides.i2plib").read_bytes())
+        forgery.add(kind, name, "")
+        library = tmp_path / "forged.i2plib"
+        library.write_bytes(forgery.zipped())
         done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork")
         assert done.status == 1
         assert done.err.startswith(f"{library}:1:1: error[library]: the library is damaged: ")
         assert [p.name for p in tmp_path.iterdir()] == ["forged.i2plib"]
+
+
+def test_a_library_is_called_what_its_file_is(place: Path, tmp_path: Path, i2p: Run) -> None:
+    library = tmp_path / "other name.i2plib"
+    library.write_bytes((place / "sides.i2plib").read_bytes())
+    done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork", "--json")
+    assert json.loads(done.out)["failed"] == {}
+    page = Page((tmp_path / "book" / "index.html").read_text(encoding="utf-8"))
+    assert "The patterns of other name" in page.words
+    assert 'import "other name.i2plib"' in page.words
 
 
 def test_no_link_in_the_folder_is_followed(place: Path, tmp_path: Path, i2p: Run) -> None:
@@ -395,15 +397,21 @@ def test_pictures_of_a_world_that_lies_in_a_folder(tmp_path: Path, i2p: Run) -> 
     assert picture_name("side", "a/b") != picture_name("side", "a_b")
 
 
-def test_a_story_of_a_library_that_cannot_be_read(place: Path, tmp_path: Path, i2p: Run) -> None:
-    document = json.loads((place / "sides.i2plib").read_text(encoding="utf-8"))
-    stories = [{**s, "source": "world (((\n"} for s in document["stories"]]
-    library = forged_library(place, tmp_path / "sides.i2plib", stories=stories)
-    done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+def test_a_story_of_a_library_that_cannot_be_made(place: Path, tmp_path: Path, i2p: Run) -> None:
+    forgery = Forgery((place / "sides.i2plib").read_bytes())
+    library = tmp_path / "sides.i2plib"
+    arguments = ("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+    forgery.text("door.story", STORY.replace("length 4", "length 0"))
+    library.write_bytes(forgery.zipped())
+    done = i2p(*arguments)
     assert done.status == 0
-    assert "warning: side-fork could not be made: `(` is never closed" in done.err
-    worlds = [{"name": "fork", "file": "fork.world", "source": "nonsense\n"}]
-    library = forged_library(place, tmp_path / "sides.i2plib", worlds=worlds)
+    assert "warning: side-fork could not be made: " in done.err
+    forgery.text("door.story", "world (((\n")
+    library.write_bytes(forgery.zipped())
+    done = i2p(*arguments, "--json")
+    assert json.loads(done.out)["failed"] == {}, "an example is made from the signature"
+    forgery.add("worlds", "yard.world", "nonsense\n")
+    library.write_bytes(forgery.zipped())
     done = i2p("patterns", library, "--json")
     assert done.status == 0
-    assert all("fork" not in p["worlds"] for p in json.loads(done.out))
+    assert all("yard" not in p["worlds"] for p in json.loads(done.out))

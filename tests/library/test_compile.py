@@ -4,16 +4,23 @@ same bytes."""
 from __future__ import annotations
 
 import json
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 from libraries_for_tests import MOODS, YARD, files_of, make_folder
 
 from commands_for_tests import Run
-from i2pdsl.errors import StoryError
-from i2pdsl.library.document import LARGEST, MADE_WITH, content_hash, encode, read_document
+from i2pdsl.errors import Source, StoryError
+from i2pdsl.language.check import check_source
+from i2pdsl.language.imports import read_library
+from i2pdsl.language.packed import LARGEST, encode
+from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.examples import Gallery, examples_of
+from i2pdsl.library.fits import example_call
 from i2pdsl.library.pack import Packed, pack
 from i2pdsl.resources import data_folder
+from i2pdsl.worlds.find import find_vocabulary
 
 
 @pytest.fixture
@@ -33,82 +40,150 @@ def refused(folder: Path) -> str:
 
 
 def test_what_is_packed(folder: Path) -> None:
-    found = packed(folder)
-    document = found.library.document
-    assert document["made_with"] == MADE_WITH
-    assert document["hash"] == content_hash(document)
-    assert [(f["name"], f["group"]) for f in document["files"]] == [
-        ("deep/turns.story", ""),
-        ("moods.story", ""),
-        ("outside/common.story", "outside/common"),
-    ]
-    assert document["files"][0]["imports"] == {
+    library = packed(folder).library
+    contents = library.contents
+    kinds = (contents.patterns, contents.outside, contents.stories, contents.worlds)
+    assert [[file.name for file in files] for files in kinds] == [
+        ["deep/turns.story", "moods.story"], ["outside/common.story"], ["secret.story"], [],
+    ]  # fmt: skip
+    assert contents.standard == ("twist",)
+    assert contents.patterns[0].imports == {
         "../../common.story": ["outside/common.story"],
         "twist": "standard",
     }
-    records = {r["name"]: r for r in document["patterns"]}
+    assert contents.patterns[1].source.text == MOODS
+    records = {r["name"]: r for r in library.patterns}
     dark = records["dark"]
     assert dark["signature"] == "dark(event, share = 0.8)"
     assert dark["documentation"] == "Viewers are kept in the dark.\nUse it for a question."
     assert dark["file"] == "moods.story"
-    assert dark["line"] == MOODS.splitlines().index("pattern dark(event, share = 0.8) =") + 1
+    assert dark["body"] == MOODS.split("=\n    ")[1].split("\n\n")[0]
+    assert dark["result"] == "number"
     assert dark["parameters"] == [
         {"name": "event", "kind": "event", "default": None},
         {"name": "share", "kind": "number", "default": "0.8"},
     ]
-    assert records["both"]["uses"] == {
-        "after": "deep/turns.story", "dark": "moods.story", "middle": "moods.story",
-    }  # fmt: skip
-    assert records["after"]["uses"] == {
-        "slow_depict": "outside/common.story", "twist": "standard",
-    }  # fmt: skip
-    assert records["pink_mind"]["names_of_worlds"] == ["G_cheese", "pink", "rho"]
-    assert records["slow_depict"]["names_of_worlds"] == []
-    assert {let["name"]: let["result"] for let in document["lets"]} == {
-        "middle": "number", "slowness": "shape",
-    }  # fmt: skip
+    assert sorted(library.lets) == ["middle", "slowness"]
     # A pattern that a pattern of the library uses is packed but not its own.
-    assert [p["name"] for p in found.library.patterns] == ["after", "both", "dark", "pink_mind"]
-    assert "slow_depict" in found.library.exports.names
+    assert list(library.definitions) == ["after", "both", "dark", "pink_mind"]
+    assert list(records) == ["after", "both", "dark", "pink_mind"]
+    assert "slow_depict" in library.exports.names
+
+
+def test_what_is_said_is_the_same_when_the_file_is_read(folder: Path, tmp_path: Path) -> None:
+    """Kinds, worlds and examples are computed from the sources each time."""
+    (folder / "yard.world").write_text(YARD, encoding="utf-8")
+    library = packed(folder).library
+    path = tmp_path / "moods.i2plib"
+    path.write_bytes(encode(library.contents))
+    again = PatternLibrary("moods", read_library(path))
+    assert again.patterns == library.patterns
+    assert again.stories == library.stories
+    assert again.worlds.keys() == library.worlds.keys() == {"yard"}
 
 
 def test_examples_are_the_stories_that_use_a_pattern(folder: Path) -> None:
-    document = packed(folder).library.document
-    story = document["stories"][0]
-    assert story["file"] == "secret.story"
-    assert (story["world"], story["length"], story["search"]) == ("kitchen", 5, "beam")
+    library = packed(folder).library
+    (story,) = library.stories
+    assert (story["file"], story["world"]) == ("secret.story", "kitchen")
     assert story["calls"] == {"dark": "dark(G_cheese = pink, share = 0.5)"}
     assert story["source"] == (folder / "secret.story").read_text(encoding="utf-8")
-    records = {r["name"]: r["examples"] for r in document["patterns"]}
+    records = {r["name"]: r["examples"] for r in library.patterns}
     call = {"file": "secret.story", "world": "kitchen", "call": story["calls"]["dark"]}
     assert records["dark"] == [call]
     assert records["both"] == []
 
 
+def test_a_story_that_means_another_pattern_is_no_example(folder: Path, tmp_path: Path) -> None:
+    """Its own, the standard one where it does not import the library, one from elsewhere."""
+    head = "world kitchen\nlength 5\n"
+    use = "maximize dark(rho > 0)\n"
+    other = "pattern dark(x) = 2 * depict(x)\n"
+    (tmp_path / "elsewhere.story").write_text(other, encoding="utf-8")
+    (folder / "twists.story").write_text("pattern legible(x) = 3 * depict(x)\n", encoding="utf-8")
+    stories = {
+        "own.story": f"{head}import moods\n{other}{use}",
+        "elsewhere.story": f'{head}import "../elsewhere.story"\nimport moods\n{use}',
+        "standard.story": f"{head}maximize legible(rho > 0)\n",
+        "by-let.story": f"{head}import moods\nlet mine = dark(rho > 0)\nmaximize mine\n",
+        "legible.story": f"{head}import twists\nmaximize legible(rho > 0)\n",
+    }
+    for name, text in stories.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    library = packed(folder).library
+    assert {s["file"]: list(s["calls"]) for s in library.stories} == {
+        "own.story": [], "elsewhere.story": [], "standard.story": [], "by-let.story": ["dark"],
+        "legible.story": ["legible"], "secret.story": ["dark"],
+    }  # fmt: skip
+    assert [file.name for file in library.contents.outside] == [
+        "outside/common.story", "outside/elsewhere.story",
+    ]  # fmt: skip
+
+
 def test_worlds_that_patterns_fit(folder: Path) -> None:
     (folder / "yard.world").write_text(YARD, encoding="utf-8")
-    document = packed(folder).library.document
-    records = {r["name"]: r["worlds"] for r in document["patterns"]}
+    library = packed(folder).library
+    records = {r["name"]: r["worlds"] for r in library.patterns}
     assert records["dark"]["yard"]["fits"]
-    assert "G_cart = " in records["dark"]["yard"]["with"]
+    (dark,) = (r for r in library.patterns if r["name"] == "dark")
+    call = example_call(dark, library.exports, library.vocabularies["yard"])
+    assert call is not None
+    assert call.startswith("dark(G_cart = ")
     assert records["dark"]["hill"]["fits"]
     assert records["pink_mind"]["kitchen"]["fits"]
     assert not records["pink_mind"]["hill"]["fits"]
     assert "rho" in records["pink_mind"]["hill"]["because"] or (
         "G_cheese" in records["pink_mind"]["hill"]["because"]
     )
-    assert document["worlds"] == [{"name": "yard", "file": "yard.world", "source": YARD}]
+    assert [(w.name, w.source.text) for w in library.contents.worlds] == [("yard.world", YARD)]
+
+
+def test_an_example_calls_its_world_by_its_name(folder: Path) -> None:
+    """It is made in a folder of its own, with the library and its worlds beside it."""
+    (folder / "yard.world").write_text(YARD, encoding="utf-8")
+    text = 'world "../yard.world"\nimport "../moods.story"\nlength 4\nmaximize dark(G_cart = red)\n'
+    (folder / "deep" / "far.story").write_text(text, encoding="utf-8")
+    library = packed(folder).library
+    (dark,) = (r for r in library.patterns if r["name"] == "dark")
+    (example,) = examples_of(library, dark, ["yard"])
+    assert example.source == ("world yard\nimport moods\nlength 4\nmaximize dark(G_cart = red)\n")
+    place = Gallery(folder / "book", library, print).unpacked(str(folder / "alone"))
+    story = check_source(Source("example", example.source), find_vocabulary, place)
+    assert story.warnings == ()
+
+
+def test_worlds_of_one_name(folder: Path, tmp_path: Path) -> None:
+    """Built-in, in the folder, in a folder of it, and from two places outside."""
+    for place in (folder, folder / "deep", tmp_path / "a", tmp_path / "b"):
+        place.mkdir(exist_ok=True)
+        for name in ("yard", "maze") if place == folder else ("yard",):
+            (place / f"{name}.world").write_text(f"# {place.name}\n{YARD}", encoding="utf-8")
+    for place in ("a", "b"):
+        text = f'world "../{place}/yard.world"\nlength 3\nmaximize depict(G_cart = red)\n'
+        (folder / f"{place}.story").write_text(text, encoding="utf-8")
+    library = packed(folder).library
+    assert {name: (f.name, f.source.text[:8]) for name, f in library.worlds.items()} == {
+        "yard": ("deep/yard.world", "# deep\nm"),
+        "maze.world": ("maze.world", "# moods\n"),
+        "outside/yard.world": ("outside/yard.world", "# a\nmap\n"),
+        "yard-2": ("outside/yard-2.world", "# b\nmap\n"),
+        "yard.world": ("yard.world", "# moods\n"),
+    }
+    assert {s["file"]: s["world"] for s in library.stories} == {
+        "a.story": "outside/yard.world", "b.story": "yard-2",
+        "secret.story": "kitchen",
+    }  # fmt: skip
 
 
 def test_the_same_folder_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
-    first = encode(packed(folder).library.document)
+    first = encode(packed(folder).library.contents)
     moved = tmp_path / "elsewhere" / "again"
     moved.mkdir(parents=True)
     again = make_folder(moved)
-    assert encode(packed(again).library.document) == first
-    assert str(tmp_path) not in first
+    assert encode(packed(again, "other").library.contents) == first
+    assert str(tmp_path).encode() not in first
     (folder / "moods.story").write_text(MOODS + "# more\n", encoding="utf-8")
-    assert encode(packed(folder).library.document) != first
+    assert encode(packed(folder).library.contents) != first
 
 
 def test_names_that_clash_are_shown_in_both_places(folder: Path) -> None:
@@ -171,14 +246,16 @@ def test_libraries_within_libraries(folder: Path, tmp_path: Path, i2p: Run) -> N
     upper.mkdir()
     text = 'import "../moods.i2plib"\npattern top(x) = both(x, not x)\n'
     (upper / "top.story").write_text(text, encoding="utf-8")
-    document = packed(upper, "upper").library.document
-    assert [f["name"] for f in document["files"]] == [
-        "top.story",
+    contents = packed(upper, "upper").library.contents
+    assert [f.name for f in contents.patterns] == ["top.story"]
+    assert contents.patterns[0].imports == {
+        "../moods.i2plib": ["moods.i2plib/deep/turns.story", "moods.i2plib/moods.story"],
+    }
+    assert [f.name for f in contents.outside] == [
         "moods.i2plib/deep/turns.story",
         "moods.i2plib/moods.story",
         "moods.i2plib/outside/common.story",
     ]
-    assert document["patterns"][0]["uses"] == {"both": "moods.i2plib/moods.story"}
     i2p("compile", upper, "-o", tmp_path / "both.i2plib", "--no-programs")
     (tmp_path / "moods.i2plib").unlink()
     story = tmp_path / "use.story"
@@ -198,7 +275,8 @@ def test_the_command(folder: Path, tmp_path: Path, i2p: Run) -> None:
     said = json.loads(done.out)
     assert said["patterns"] == ["after", "both", "dark", "pink_mind"]
     assert said["bytes"] == len(written)
-    assert said["hash"] == read_document(target)["hash"]
+    assert said["hash"] == f"sha256:{sha256(written).hexdigest()}"
+    assert (said["name"], said["lets"], said["stories"]) == ("moods", 2, 1)
 
 
 def test_wrong_usage_and_wrong_folders(folder: Path, tmp_path: Path, i2p: Run) -> None:
@@ -221,10 +299,10 @@ def test_the_standard_library_compiles(i2p: Run, tmp_path: Path) -> None:
     target = tmp_path / "standard.i2plib"
     done = i2p("compile", data_folder("stories"), "-o", target, "--no-programs")
     assert done.status == 0, done.err
-    document = read_document(target)
-    used = {name for story in document["stories"] for name in story["calls"]}
+    library = PatternLibrary("standard", read_library(target))
+    used = {name for story in library.stories for name in story["calls"]}
     assert {"arc", "depict", "irony", "twist"} <= used
-    for record in document["patterns"]:
+    for record in library.patterns:
         assert record["documentation"], record["name"]
         assert record["worlds"]["kitchen"]["fits"], record["name"]
 

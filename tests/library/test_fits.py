@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
-from libraries_for_tests import copied
 
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_source
+from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
-from i2pdsl.language.scope import build_module
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.library.fits import LENGTH, candidates, fit, held_against_worlds
+from i2pdsl.library import fits
+from i2pdsl.library.description import PatternLibrary
+from i2pdsl.library.fits import LENGTH, candidates, example_call, fit
 from i2pdsl.library.pack import pack
 from i2pdsl.worlds.find import find_vocabulary
 
@@ -24,15 +24,14 @@ def world(name: str) -> Vocabulary:
     return found
 
 
-def proofs(tmp_path: Path, text: str) -> dict[str, Any]:
+def packed(tmp_path: Path, text: str) -> PatternLibrary:
     path = tmp_path / "one.story"
     path.write_text(f"{text}\n", encoding="utf-8")
-    library = pack(tmp_path, [path], "one").library
-    return library.patterns[0]["worlds"]
+    return pack(tmp_path, [path], "one").library
 
 
 @pytest.mark.parametrize(
-    ("pattern", "fits"),
+    ("pattern", "worlds"),
     [
         ("pattern p(e) = depict(e)", "fork hill kitchen maze porters"),
         ("pattern p(who) = arc(who)", "fork hill kitchen maze porters"),
@@ -50,15 +49,18 @@ def proofs(tmp_path: Path, text: str) -> dict[str, Any]:
         ("pattern p = t/T", "fork hill kitchen maze porters"),
     ],
 )
-def test_worlds_that_a_pattern_fits(tmp_path: Path, pattern: str, fits: str) -> None:
-    found = proofs(tmp_path, pattern)
+def test_worlds_that_a_pattern_fits(tmp_path: Path, pattern: str, worlds: str) -> None:
+    library = packed(tmp_path, pattern)
+    (record,) = library.patterns
+    found = record["worlds"]
     assert list(found) == ["fork", "hill", "kitchen", "maze", "porters"]
-    assert [name for name, proof in found.items() if proof["fits"]] == fits.split()
+    assert [name for name, proof in found.items() if proof["fits"]] == worlds.split()
     for name, proof in found.items():
         if not proof["fits"]:
             assert proof["because"]
         elif "rho > 0" not in pattern and "t/T" not in pattern:
-            text = f"world {name}\nlength {LENGTH}\n{pattern}\nmaximize {proof['with']}\n"
+            call = example_call(record, library.exports, library.vocabularies[name])
+            text = f"world {name}\nlength {LENGTH}\n{pattern}\nmaximize {call}\n"
             checked = check_source(Source("proof", text), find_vocabulary)
             assert checked.warnings == (), "an example without a warning is chosen"
 
@@ -92,15 +94,12 @@ def test_candidates_are_of_the_world() -> None:
         check_source(Source("seen", text), find_vocabulary)
 
 
-def test_what_a_library_says_is_proved_again(tmp_path: Path) -> None:
-    path = tmp_path / "one.story"
-    path.write_text("pattern p(e) = depict(e)\npattern q = depict(rho > 0)\n", encoding="utf-8")
-    library = pack(tmp_path, [path], "one").library
-    first, second = (copied(p) for p in library.patterns)
-    assert held_against_worlds(first, library) == ["fork", "hill", "kitchen", "maze", "porters"]
-    assert held_against_worlds(second, library) == ["kitchen", "maze", "porters"]
-    second["worlds"]["hill"] = {"fits": True, "with": "q"}
-    first["worlds"]["kitchen"]["with"] = "p(rho >"
-    first["worlds"]["nowhere"] = {"fits": True, "with": "p(rho > 0)"}
-    assert "hill" not in held_against_worlds(second, library)
-    assert held_against_worlds(first, library) == ["fork", "hill", "maze", "porters"]
+def test_work_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was not tried is said to be so."""
+    monkeypatch.setattr(fits, "MOST_WORK", 5000)
+    lines = [f"pattern p{i}(e) = {' + '.join(['depict(e)'] * 20)}" for i in range(20)]
+    first, *_, last = packed(tmp_path, "\n".join(lines)).patterns
+    assert fits.was_tried(first)
+    assert first["worlds"]["fork"]["fits"]
+    assert not fits.was_tried(last)
+    assert {proof["because"] for proof in last["worlds"].values()} == {fits.NOT_TRIED}

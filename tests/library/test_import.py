@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from libraries_for_tests import TURNS, copied, files_of, forge, make_folder
+from libraries_for_tests import TURNS, make_folder, packed, zipped
 
 from commands_for_tests import Run
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import TypedStory, check_source
-from i2pdsl.library.document import encode, write_document
-from i2pdsl.library.pack import pack
+from i2pdsl.language.packed import encode, write_contents
 from i2pdsl.worlds.find import find_vocabulary
 
 HEAD = "world kitchen\nlength 6\n"
@@ -21,8 +20,7 @@ HEAD = "world kitchen\nlength 6\n"
 def place(tmp_path: Path) -> Path:
     """A folder with moods.i2plib and nothing of what it was made from."""
     folder = make_folder(tmp_path / "made")
-    document = pack(folder, files_of(folder), "moods").library.document
-    write_document(tmp_path / "moods.i2plib", document)
+    write_contents(tmp_path / "moods.i2plib", packed(folder).contents)
     (tmp_path / "made").rename(tmp_path / ".away")
     return tmp_path
 
@@ -98,7 +96,7 @@ def test_a_wrong_argument_is_shown_where_it_was_written(place: Path) -> None:
 
 def test_a_damaged_library_is_an_error_at_the_import(place: Path) -> None:
     path = place / "moods.i2plib"
-    path.write_text(path.read_text(encoding="utf-8")[:-40], encoding="utf-8")
+    path.write_bytes(path.read_bytes()[:-40])
     said = refused(f"{HEAD}import moods\nmaximize dark(rho > 0)\n", place)
     first = said.splitlines()[0]
     assert first.startswith(
@@ -108,10 +106,18 @@ def test_a_damaged_library_is_an_error_at_the_import(place: Path) -> None:
     assert "hint: compile it again" in said
 
 
-def test_a_later_version_says_so(place: Path) -> None:
-    (place / "moods.i2plib").write_text('{"format": "i2p-library", "version": 2}')
+def test_an_earlier_version_says_so(place: Path) -> None:
+    (place / "moods.i2plib").write_text('{"format": "i2p-library", "version": 1}')
     said = refused(f"{HEAD}import moods\nmaximize dark(rho > 0)\n", place)
-    assert "made by a later version of i2pdsl (format 2); this one reads format 1" in said
+    assert "`moods.i2plib` cannot be used: made by an earlier version of i2pdsl (format 1)" in said
+    assert "hint: compile it again: `i2p compile FOLDER -o moods.i2plib`" in said
+
+
+def test_a_later_version_says_so(place: Path) -> None:
+    manifest = b'{"format": "i2p-library", "version": 3}'
+    (place / "moods.i2plib").write_bytes(zipped([("manifest.json", manifest)]))
+    said = refused(f"{HEAD}import moods\nmaximize dark(rho > 0)\n", place)
+    assert "made by a later version of i2pdsl (format 3); this one reads format 2" in said
     assert "hint: update i2pdsl" in said
 
 
@@ -121,13 +127,9 @@ def test_recursion_that_a_forged_library_brings_ends(place: Path) -> None:
     folder.mkdir()
     lines = ["pattern p0(e) = depict(e)"]
     lines += [f"pattern p{i}(e) = p{i - 1}(e) + p{i - 1}(e)" for i in range(1, 18)]
-    (folder / "grow.story").write_text("\n".join(lines[:10]) + "\n", encoding="utf-8")
-    document = copied(pack(folder, files_of(folder), "grow").library.document)
-    write_document(place / "grow.i2plib", document)
-    story(f'{HEAD}import "grow.i2plib"\nmaximize p9(rho > 0)\n', place)
     (folder / "grow.story").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    document = pack(folder, files_of(folder), "grow").library.document
-    forge(document, place / "grow.i2plib")
+    write_contents(place / "grow.i2plib", packed(folder, "grow").contents)
+    story(f'{HEAD}import "grow.i2plib"\nmaximize p9(rho > 0)\n', place)
     said = refused(f'{HEAD}import "grow.i2plib"\nmaximize p17(rho > 0)\n', place)
     assert "error[nesting]" in said
 
@@ -138,5 +140,5 @@ def test_commands_use_it(place: Path, i2p: Run) -> None:
     said = i2p("patterns", place / "moods.i2plib").out
     assert "dark(event, share = 0.8)\n    Viewers are kept in the dark.\n" in said
     assert "slow_depict" not in said
-    assert encode(pack(place / ".away" / "moods", files_of(place / ".away" / "moods"), "moods")
-                  .library.document) == (place / "moods.i2plib").read_text()  # fmt: skip
+    again = encode(packed(place / ".away" / "moods").contents)
+    assert again == (place / "moods.i2plib").read_bytes()

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from i2pdsl.answers import Answer, latent_of
+from i2pdsl.answers import Answer
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import Result, Script
 
@@ -63,6 +63,39 @@ def test_xarrays_have_named_dimensions(friend: Result) -> None:
     assert script.ask("P(rho > 0 | script[:t])").to_xarray().dims == ("t",)
     assert script.ask("P(rho | script[:2])").to_xarray().dims == ("rho",)
     assert script.ask("T").to_xarray().item() == 6
+
+
+def test_several_latents_have_a_dimension_each(friend: Result) -> None:
+    script = friend.script
+    answer = script.ask("P(G_cat, rho | script[:t])", assume="nothing")
+    found = answer.to_xarray()
+    assert found.dims == ("t", "G_cat", "rho")
+    assert found.coords["G_cat"].values.tolist() == ["crumbs", "hole", "none", "unknown"]
+    np.testing.assert_allclose(found.sum(("G_cat", "rho")), 1)
+    expected = script.query("P(G_cat = hole and rho = 2 | script[:t])", assume="nothing")
+    np.testing.assert_allclose(found.sel(G_cat="hole", rho="2"), expected)
+    table = answer.to_pandas()
+    assert table.columns.names == ["G_cat", "rho"]
+    np.testing.assert_allclose(table["hole", "2"], expected)
+    np.testing.assert_allclose(
+        table.T.groupby("G_cat").sum().T["none"],
+        script.query("P(G_cat = none | script[:t])", assume="nothing"),
+    )
+    # Of what plays a part wherever everyone is rational there is no `unknown`.
+    assumed = script.ask("P(G_cat, rho | script[:2])")
+    assert assumed.to_pandas().index.levels[0].tolist() == ["crumbs", "hole", "none"]
+    assert assumed.value.shape == (4, 4)
+    side = script.to_pandas("P(G_cat, rho | script[:t])", both="P(rho, G_cat | script[:t])")
+    np.testing.assert_allclose(side["G_cat = hole, rho = 2"], side["both: rho = 2, G_cat = hole"])
+
+
+def test_predictions_are_tables_of_actions(friend: Result) -> None:
+    answer = friend.script.ask("next(cat | script[:t])")
+    found = answer.to_xarray()
+    assert found.dims == ("t", "cat")
+    assert found.coords["cat"].values.tolist() == ["north", "south", "east", "west", "stay"]
+    np.testing.assert_allclose(found.sum("cat"), 1)
+    assert answer.to_pandas().columns.name == "cat"
 
 
 def test_questions_side_by_side(friend: Result) -> None:
@@ -134,11 +167,10 @@ def test_frames_of_the_hill(hill: Script) -> None:
     assert table["box_progress"].sum() == pytest.approx(expected)
 
 
-def test_latents_are_told_apart_by_the_hypotheses(friend: Result) -> None:
+def test_a_table_has_the_name_of_its_latent(friend: Result) -> None:
     script = friend.script
     for name in ("G_mouse", "G_cat", "rho"):
         query = script.check(f"P({name} | script[:t])", "nothing")
-        assert latent_of(query.value.partition, script.world.vocabulary) == name
         assert script.answer(query).latent == name
 
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import i2pdsl
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source, display_width
 from i2pdsl.language.builtins import FORMS, STATEMENTS
 from i2pdsl.language.check import TypedStory, check_source
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Result, story_from
-from i2pdsl.repl.curves import NOTHING, Ink, curves_of
+from i2pdsl.render.characters import NOTHING, Ink, curves_of
 from i2pdsl.repl.session import NO_FRAMES, Session
 from i2pdsl.repl.showing import (
     Asked,
@@ -42,6 +42,11 @@ QUESTIONS = (
     "P(rho > 0 | script[:t])",
     "P(rho | script[:T])",
     "P(G_robot | script[:t])",
+    "P(G_cheese, rho | script[:t])",
+    "P(G_cheese, G_robot, rho | script[:T])",
+    "next(robot | script[:t])",
+    "next(cheese | script[:3])",
+    "P(rho > 0 | script[:t, cheese])",
     "entropy(rho | script[:t])",
     "KL(rho; script[:t-1] || script[:t])",
     "E[V(robot) | script[:t]]",

@@ -13,9 +13,9 @@ import pytest
 from fuzz_for_tests import examples
 from hill_for_tests import DESCENT
 from i2pdsl import Script, StoryError, programs
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
 from i2pdsl.language.story import SearchPlan
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.programs import Program
@@ -23,7 +23,7 @@ from i2pdsl.search import descent
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
-from i2pdsl.worlds.ready import Watch
+from i2pdsl.worlds.kind import Watch
 
 # A descent takes half a minute to compile: tests share what they can, by one length, one window
 # and one objective (its numbers are no part of a program).

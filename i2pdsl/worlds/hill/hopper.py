@@ -48,7 +48,6 @@ FIRST_MUSCLE = len(BONES)
 ROPE_SPRING = SPRING_COUNT - 1
 DRAWN_SLOPE = 0.1
 STIFFNESS, ROPE_STIFFNESS, DAMPING = 500.0, 100.0, 20.0
-STATE_SIZE = 4 * NODE_COUNT  # x of all nodes, y of all, then the velocities in the same order
 
 
 class Body(NamedTuple):

@@ -85,6 +85,8 @@ def hill_vocabulary(spec: HillSpec) -> Vocabulary:
         has_rationality=False,
         has_plausibility=False,
         enumerable=False,
+        usual_length=400,
+        preposition="on the",
         documentation=spec.documentation,
     )
 

@@ -1,0 +1,85 @@
+"""What each form of language/forms.py means for what viewers believe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from i2pdsl.audience import queries
+from i2pdsl.objective.frame import View
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+
+class Asked(NamedTuple):
+    """A form as it is asked at one moment, or at many along leading axes.
+
+    Attributes:
+        about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), a
+            quantity broadcastable to [..., O, H], or a character's number.
+        mask: the conditions, [H].
+        views: the moment that it is conditioned on; of a divergence two.
+    """
+
+    world: World
+    tables: Any
+    about: Array
+    mask: Array
+    views: tuple[View, ...]
+
+    @property
+    def belief(self) -> Array:
+        """log P(H | the given frames), [..., O, H]."""
+        return self.views[0].belief
+
+
+def _surprise(asked: Asked) -> Array:
+    frame = asked.views[0].frame
+    if frame is None:  # nothing has happened before the first frame
+        return asked.belief.__array_namespace__().zeros(())
+    return queries.surprise(frame.expecting, frame.log_rows, asked.mask)
+
+
+def _suspense(asked: Asked) -> Array:
+    ahead = asked.world.turns(asked.tables, asked.views[0].state)
+    return queries.suspense(
+        asked.belief,
+        ahead.log_rows,
+        ahead.chance,
+        ahead.valid,
+        asked.about,
+        asked.mask,
+        asked.world.forgetting(asked.tables),
+    )
+
+
+def _next(asked: Asked) -> Array:
+    ahead = asked.world.turns(asked.tables, asked.views[0].state)
+    return queries.prediction(
+        asked.belief,
+        ahead.log_rows,
+        ahead.chance,
+        ahead.valid,
+        asked.about,
+        asked.world.branch_actions(asked.about),
+        asked.mask,
+        asked.world.forgetting(asked.tables),
+    )
+
+
+NUMBERS: dict[str, Callable[[Asked], Array]] = {
+    "P": lambda a: queries.probability(a.belief, a.about, a.mask),
+    "E": lambda a: queries.expectation(a.belief, a.about, a.mask),
+    "KL": lambda a: queries.divergence(a.belief, a.views[1].belief, a.about, a.mask),
+    "entropy": lambda a: queries.entropy(a.belief, a.about, a.mask),
+    "surprise": _surprise,
+    "suspense": _suspense,
+}
+"""The forms that are numbers: the observers' mean, [...]."""
+
+TABLES: dict[str, Callable[[Asked], Array]] = {
+    "P": lambda a: queries.marginal(a.belief, a.about, a.mask).mean(-2),
+    "next": _next,
+}
+"""The forms that are tables, with a last axis of values."""

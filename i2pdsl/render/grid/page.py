@@ -1,0 +1,173 @@
+"""The whole story on one HTML page: the film, the audience's mind, what happens, the source."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from i2pdsl.render import film_page
+from i2pdsl.render.film_page import plain
+from i2pdsl.render.grid.choreography import Film, Key, Track
+from i2pdsl.render.grid.scene import (
+    FOOT,
+    actor_svg,
+    life,
+    scene_size,
+    shadow_svg,
+    stage_background,
+    stage_symbols,
+    view_box,
+)
+from i2pdsl.render.grid.sprites import symbol_id
+from i2pdsl.render.grid.stage import Stage, describe
+from i2pdsl.render.mind import Mark, Panel
+from i2pdsl.resources import write_text
+
+CELL = 100.0  # units of the stage's viewBox to a cell
+SHOWN = 900.0, 600.0  # pixels of a usual screen that a stage has, about
+SECONDS = 1.1  # a turn lasts at speed 1
+
+
+def page_html(
+    stage: Stage,
+    script: Mapping[str, Any],
+    film: Film,
+    panels: Sequence[Panel],
+    title: str,
+    source: str,
+    captions: Sequence[str] | None = None,
+    marks: Sequence[Mark] | None = None,
+    language: str = "en",
+) -> str:
+    """A self-contained page for a finished script (the dict of script.json, T frames).
+
+    `panels` cover the frames 0..T. `captions` has T + 1 texts, for the start and each frame;
+    without it they are told from the film. `marks` are the moments to line out in the curves;
+    without it, those when something falls or vanishes.
+    """
+    last = len(script["frames"])
+    told = tuple(captions) if captions is not None else frame_captions(stage, script, film)
+    events = tuple(marks) if marks is not None else _events(film)
+    width, height = scene_size(stage, CELL)
+    heading = title.strip() or stage.name
+    shown = film_page.Film(
+        _stage(stage, film, heading), width / height, last, SECONDS, told, range(last + 1),
+        "grid/kitchen.js", _film_data(stage, film),
+    )  # fmt: skip
+    return film_page.film_page(
+        shown, panels, heading, _about(stage, script), source, events, language=language
+    )
+
+
+def save_page(
+    path: str | Path,
+    stage: Stage,
+    script: Mapping[str, Any],
+    film: Film,
+    panels: Sequence[Panel],
+    title: str,
+    source: str,
+    captions: Sequence[str] | None = None,
+    marks: Sequence[Mark] | None = None,
+    language: str = "en",
+) -> Path:
+    """Writes `page_html`, whole or not at all."""
+    path = Path(path)
+    page = page_html(stage, script, film, panels, title, source, captions, marks, language)
+    write_text(path, page)
+    return path
+
+
+def frame_captions(stage: Stage, script: Mapping[str, Any], film: Film) -> tuple[str, ...]:
+    """T + 1 sentences: where everybody is at the start, then what happens in each frame."""
+    places = []
+    for actor in stage.cast:
+        at = script["start"].get(actor.name)
+        where = "absent" if at is None else f"at ({at[0]}, {at[1]})"
+        places.append(f"{actor.name} {where}")
+    told = [", ".join(places)]
+    for frame in range(1, len(script["frames"]) + 1):
+        beats = [describe(beat) for beat in film.beats if beat.frame == frame]
+        told.append("; ".join(beats) or "nothing moves")
+    return tuple(told)
+
+
+def _events(film: Film) -> tuple[Mark, ...]:
+    unusual = (beat for beat in film.beats if beat.verb in ("fall", "vanish"))
+    return tuple(Mark(beat.frame, describe(beat)) for beat in unusual)
+
+
+def _about(stage: Stage, script: Mapping[str, Any]) -> str:
+    """One line under the title; `story` and `score` inform only, and may be missing."""
+    count = len(script["frames"])
+    told = [f"{stage.name}", f"{count} frame{'' if count == 1 else 's'}"]
+    story = script.get("story")
+    if isinstance(story, Mapping) and isinstance(story.get("seed"), int):
+        told.append(f"seed {story['seed']}")
+    score = script.get("score")
+    if isinstance(score, (int, float)) and math.isfinite(score):
+        told.append(f"score {score:.4g}")
+    return " · ".join(told)
+
+
+# ------------------------------------------------------------------------------------ the stage
+
+
+def _stage(stage: Stage, film: Film, heading: str) -> str:
+    """The drawing at time 0, its background and symbols inside."""
+    symbols = stage_symbols(stage, _poses(film))
+    return f"""\
+      <svg id="stage" role="img" aria-label="{plain(heading)}: the film" \
+aria-describedby="caption" viewBox="{view_box(stage, CELL)}">
+<defs>{symbols}</defs>{stage_background(stage, CELL)}
+<g id="actors">
+{chr(10).join(_cast(stage, film))}
+</g>
+<g id="marks"></g>
+      </svg>"""
+
+
+def _poses(film: Film) -> dict[str, tuple[str, ...]]:
+    """The poses that each actor takes: only these are drawn into the page."""
+    return {name: tuple(sorted({key.pose for key in track})) for name, track in film.tracks.items()}
+
+
+def _cast(stage: Stage, film: Film) -> Iterable[str]:
+    """The cast at time 0; the player moves it. First all shadows: they lie under everybody."""
+    large = _life(stage)
+    ground = Key(0, -0.5, 0.015 - FOOT)  # a shadow about (0, 0), for the player to move
+    for index, actor in enumerate(stage.cast):
+        key = film.tracks[actor.name][0]
+        x, y = (key.x + 0.5) * CELL, (key.y + FOOT - 0.015) * CELL
+        yield (
+            f'<g data-index="{index}" data-part="shadow" opacity="{key.opacity:g}" '
+            f'transform="translate({x:g} {y:g}) scale({large:g})">{shadow_svg(ground, CELL)}</g>'
+        )
+    for index, actor in enumerate(stage.cast):
+        key = film.tracks[actor.name][0]
+        key = key._replace(scale_x=large * key.scale_x, scale_y=large * key.scale_y)
+        drawn = actor_svg(actor, key, CELL)
+        more = f'data-index="{index}" data-part="actor" data-actor="{plain(actor.name)}"'
+        yield drawn.replace("<use ", f"<use {more} ", 1)
+
+
+def _film_data(stage: Stage, film: Film) -> dict[str, Any]:
+    """What the player of kitchens reads; keys in the order of `choreography.Key`."""
+    actors = []
+    for actor in stage.cast:
+        symbols = {pose: symbol_id(actor, pose) for pose in _poses(film)[actor.name]}
+        keys = _keys(film.tracks[actor.name])
+        actors.append({"name": actor.name, "symbols": symbols, "keys": keys})
+    marks = [{"symbol": f"mark--{mark.kind}", "keys": _keys(mark.track)} for mark in film.marks]
+    shared = {"cell": CELL, "foot": 100 * FOOT, "life": _life(stage)}
+    return {**shared, "actors": actors, "marks": marks}
+
+
+def _life(stage: Stage) -> float:
+    """How much larger than life the cast is drawn, whose cells a screen shows small."""
+    width, height = scene_size(stage, CELL)
+    return round(life(CELL * min(SHOWN[0] / width, SHOWN[1] / height)), 3)
+
+
+def _keys(track: Track) -> list[list[Any]]:
+    return [[round(v, 5) if isinstance(v, float) else v for v in key] for key in track]

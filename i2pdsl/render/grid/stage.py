@@ -1,0 +1,236 @@
+"""What a picture needs to know of a grid world: its map, its cast, and what happens on it.
+
+Plain records, so that every renderer (SVG, film, comic, HTML page) can be handed the same small
+description and none of them needs the world, its planner or JAX. `break_down` reads a finished
+script as a list of beats: who stepped, pushed whom, failed or bumped, one after the other.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+Cell = tuple[int, int]  # (column, row) from the map's top left, from 0
+DIRECTIONS: dict[str, Cell] = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+
+WALL = "#"
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A named, coloured goal tile. `color` is any CSS colour."""
+
+    name: str
+    cell: Cell
+    color: str
+
+
+@dataclass(frozen=True)
+class Actor:
+    """One of the cast: a 'character' acts, an 'object' is only ever moved.
+
+    `sprite` names a drawing in `sprites/` (robot, cheese, table, ...); one that
+    is not there is drawn as 'blob'. `color` tints its body; '' keeps the drawing's own colour.
+    """
+
+    name: str
+    sprite: str
+    color: str = ""
+    kind: str = "character"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A map with its cast. `rows` are strings of equal length; '#' is wall, the rest is floor.
+
+    The characters among `cast` stand in acting order. `floor` and `wall` are CSS colours.
+    """
+
+    name: str
+    rows: tuple[str, ...]
+    tiles: tuple[Tile, ...]
+    cast: tuple[Actor, ...]
+    floor: str = "#f3e3c7"
+    wall: str = "#b08968"
+
+    @property
+    def width(self) -> int:
+        """Columns of the map."""
+        return max((len(row) for row in self.rows), default=0)
+
+    @property
+    def height(self) -> int:
+        """Rows of the map."""
+        return len(self.rows)
+
+    @property
+    def characters(self) -> tuple[Actor, ...]:
+        """Those of the cast who act, in acting order."""
+        return tuple(actor for actor in self.cast if actor.kind == "character")
+
+    def is_wall(self, cell: Cell) -> bool:
+        """Whether the cell cannot be walked on; outside the map counts as wall."""
+        column, row = cell
+        inside = 0 <= row < self.height and 0 <= column < len(self.rows[row])
+        return not inside or self.rows[row][column] == WALL
+
+
+class Shove(NamedTuple):
+    """One actor moved by another's action."""
+
+    name: str
+    origin: Cell
+    target: Cell
+
+
+@dataclass(frozen=True)
+class Beat:
+    """One thing that happens in a frame (1..T), from `start` to `end` in turns.
+
+    `verb`: 'step', 'push', 'fail' (chance was against it), 'bump' (something was in the way),
+    'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before.
+    """
+
+    frame: int
+    start: float
+    end: float
+    actor: str
+    verb: str
+    direction: str
+    origin: Cell | None
+    target: Cell | None
+    pushed: tuple[Shove, ...] = ()
+
+
+def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
+    """The beats of a script in order: mid-turn positions worked out, pushes told from steps.
+
+    A character whose own action moved it goes one cell that way; whoever stands there is pushed
+    on. What these rules do not explain (another world's physics) is bent to fit: a character's
+    own step goes where the script has it, a thing is pushed there by the last to act. So every
+    frame ends exactly in the script's own state.
+    """
+    beats: list[Beat] = []
+    here = _cells(script["start"])
+    for t, frame in enumerate(script["frames"], start=1):
+        there = _cells(frame["state"])
+        if frame.get("event"):
+            beats += _event_beats(t, here, there)
+        else:
+            beats += _turn_beats(stage, t, here, there, frame)
+        here = there
+    return beats
+
+
+def _cells(state: Mapping[str, Any]) -> dict[str, Cell | None]:
+    return {name: None if at is None else (int(at[0]), int(at[1])) for name, at in state.items()}
+
+
+def _event_beats(
+    t: int, here: Mapping[str, Cell | None], there: Mapping[str, Cell | None]
+) -> Iterable[Beat]:
+    for name, cell in there.items():
+        if cell != here.get(name):
+            verb = "vanish" if cell is None else "fall"
+            yield Beat(t, t - 1, t, name, verb, "", here.get(name), cell)
+
+
+def _turn_beats(
+    stage: Stage,
+    t: int,
+    here: Mapping[str, Cell | None],
+    there: Mapping[str, Cell | None],
+    frame: Mapping[str, Any],
+) -> list[Beat]:
+    now = dict(here)
+    beats: list[Beat] = []
+    acting = [a.name for a in stage.characters if frame.get(a.name) and here.get(a.name)]
+    for i, name in enumerate(acting):
+        start, end = _slot(t, i, len(acting))
+        action, moved = frame[name]["action"], frame[name]["moved"]
+        origin = now[name]
+        assert origin is not None  # `acting` holds only those who are present
+        if action not in DIRECTIONS:
+            beats.append(Beat(t, start, end, name, "stay", "", origin, origin))
+        elif not moved:
+            target = _beyond(origin, action)
+            taken = stage.is_wall(target) or target in now.values()
+            verb = "bump" if taken else "fail"
+            beats.append(Beat(t, start, end, name, verb, action, origin, origin))
+        else:
+            target = _beyond(origin, action)
+            pushed = _push(now, target, action, name)
+            now[name] = target
+            verb = "push" if pushed else "step"
+            beats.append(Beat(t, start, end, name, verb, action, origin, target, pushed))
+    for name, cell in there.items():
+        before = now.get(name)
+        if cell == before:
+            continue
+        if cell is None or before is None:
+            beats.append(Beat(t, t - 1, t, name, "vanish" if before else "fall", "", before, cell))
+        else:
+            _reconcile(beats, name, before, cell)
+    return beats
+
+
+def _reconcile(beats: list[Beat], name: str, before: Cell, cell: Cell) -> None:
+    """Makes the turn's beats lead `name` to `cell`, where the plain rules leave it at `before`."""
+    own = [i for i, beat in enumerate(beats) if beat.actor == name]
+    if own or not beats:
+        i = own[0] if own else -1
+        beats[i] = replace(beats[i], verb="step", target=cell)
+        return
+    last = beats[-1]
+    origins = {shove.name: shove.origin for shove in last.pushed}
+    rest = tuple(shove for shove in last.pushed if shove.name != name)
+    shove = Shove(name, origins.get(name, before), cell)
+    beats[-1] = replace(last, verb="push", pushed=(*rest, shove))
+
+
+def _beyond(cell: Cell, direction: str) -> Cell:
+    dx, dy = DIRECTIONS[direction]
+    return cell[0] + dx, cell[1] + dy
+
+
+def _push(
+    now: dict[str, Cell | None], cell: Cell, direction: str, pusher: str
+) -> tuple[Shove, ...]:
+    """Moves whoever stands on `cell` one on, and whoever stands there, nearest first."""
+    shoves: list[Shove] = []
+    while True:
+        standing = [name for name, at in now.items() if at == cell and name != pusher]
+        standing = [name for name in standing if all(s.name != name for s in shoves)]
+        if not standing:
+            break
+        shoves.append(Shove(standing[0], cell, _beyond(cell, direction)))
+        cell = shoves[-1].target
+    for shove in shoves:
+        now[shove.name] = shove.target
+    return tuple(shoves)
+
+
+def _slot(t: int, i: int, n: int) -> tuple[float, float]:
+    """When the i-th of n characters acts in frame t; a lone one does not dawdle all turn long."""
+    if n == 1:
+        return t - 1 + 0.08, t - 1 + 0.80
+    return t - 1 + i / n, t - 1 + (i + 1) / n
+
+
+def describe(beat: Beat) -> str:
+    """A beat in words, for captions and alternative texts: 'robot pushes cheese west'."""
+    match beat.verb:
+        case "push":
+            pushed = " and ".join(shove.name for shove in beat.pushed)
+            return f"{beat.actor} pushes {pushed} {beat.direction}"
+        case "step":
+            return f"{beat.actor} goes {beat.direction}".rstrip()
+        case "fail":
+            return f"{beat.actor} tries {beat.direction} and fails"
+        case "bump":
+            return f"{beat.actor} bumps {beat.direction}"
+        case "fall":
+            return f"{beat.actor} falls from the sky"
+        case "vanish":
+            return f"{beat.actor} is gone"
+        case _:
+            return f"{beat.actor} stays"

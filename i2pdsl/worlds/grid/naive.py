@@ -1,0 +1,45 @@
+"""The baseline without an audience: characters who simply do what is best for them
+(paper, section 2, "naive planning")."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.world import GridWorld
+
+_TIE = 1e-9
+
+
+def naive_rollout(
+    world: GridWorld, length: int, allowed: np.ndarray, mask: np.ndarray, seed: int
+) -> tuple[int, np.ndarray, int]:
+    """A rollout of the characters' own best actions.
+
+    From a uniformly random state, under a hypothesis drawn from those in `mask`, everyone takes
+    the action of the highest Q (the first of equals); an irrational one acts uniformly; chance
+    decides what succeeds.
+
+    Returns: the start, the actions [T], and the hypothesis' number.
+    """
+    generator = np.random.default_rng(seed)
+    tables, moves = world.tables, world.moves
+    start = state = int(generator.choice(allowed))
+    hypothesis = int(generator.choice(np.flatnonzero(mask)))
+    actions = []
+    for _ in range(length):
+        code = 0
+        for who, character in enumerate(world.spec.characters):
+            column = int(tables.columns[who][0, hypothesis])
+            values = model.action_values(tables, who, np.asarray(state))
+            if column == values.shape[-1]:
+                act = int(generator.integers(len(values)))
+            else:
+                act = int(np.argmax(values[:, column] >= values[:, column].max() - _TIE))
+            after = int(world.dynamics.successor[who, act, state])
+            success = after == state or bool(generator.random() < character.success)
+            outcome = moves.outcomes(who).index((act, success))
+            code = code * moves.counts[who] + outcome
+            state = after if success else state
+        actions.append(code)
+    return start, np.array(actions), hypothesis

@@ -1,0 +1,231 @@
+"""Scripts of grid worlds: frames as JSON, and frames held against the world's rules."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NoReturn
+
+import numpy as np
+
+from i2pdsl.errors import did_you_mean, error, shorten, whole_file
+from i2pdsl.worlds.grid.spec import ACTIONS, STAY, GridSpec
+from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.record import Record, Trajectory
+
+APART = 2.0  # cells: two scripts look alike if everyone stands closer than this, on average
+_FAR = 4.0  # distance of something present from something absent
+
+
+def state_as_json(spec: GridSpec, dynamics: Any, state: int) -> dict[str, list[int] | None]:
+    """A state as the script file has it: [column, row] for each entity, or None."""
+    cells = dynamics.cells[state]
+    return {
+        name: None if cell == dynamics.absent else [int(x) for x in dynamics.coordinates[cell]]
+        for name, cell in zip(spec.entities, cells, strict=True)
+    }
+
+
+def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
+    """The frames of a script file."""
+    spec, dynamics, moves = world.spec, world.dynamics, world.moves
+    frames = []
+    for before, action, after in zip(path.states, path.actions, path.states[1:], strict=False):
+        state = state_as_json(spec, dynamics, int(after))
+        if action >= moves.turn_count:
+            number = int(action) - moves.turn_count
+            entity = moves.events[number // moves.slots]
+            name = next(e for e, things in spec.events if spec.entities[entity] in things)
+            to = [int(x) for x in dynamics.coordinates[number % moves.slots]]
+            frames.append({"event": {name: spec.entities[entity], "to": to}, "state": state})
+            continue
+        frame: dict[str, Any] = {}
+        current = int(before)
+        for who, (act, success) in enumerate(_decoded(world, int(action))):
+            moved = int(dynamics.successor[who, act, current]) if success else current
+            name = spec.characters[who].name
+            frame[name] = {"action": ACTIONS[act], "moved": moved != current}
+            current = moved
+        frames.append({**frame, "event": None, "state": state})
+    return tuple(frames)
+
+
+def turn_in_words(world: GridWorld, action: int) -> str:
+    """An action as a story appends it: `[cheese: west!, robot: stay]`."""
+    moves = world.moves
+    if action >= moves.turn_count:
+        number = action - moves.turn_count
+        thing = world.spec.entities[moves.events[number // moves.slots]]
+        event = next(e for e, things in world.spec.events if thing in things)
+        column, row = (int(x) for x in world.dynamics.coordinates[number % moves.slots])
+        return f"[{event}: {thing} at ({column}, {row})]"
+    acts = zip(world.spec.characters, _decoded(world, action), strict=True)
+    told = (f"{who.name}: {ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts)
+    return f"[{', '.join(told)}]"
+
+
+def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
+    counts = world.moves.counts
+    numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]
+    return [world.moves.outcomes(who)[n] for who, n in enumerate(numbers)]
+
+
+def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
+    """How differently two scripts look, in cells.
+
+    The largest, over the characters and the things that move in either script, of the mean
+    distance over time between where it stands in the one and in the other.
+
+    Args:
+        first, second: states [T + 1].
+    """
+    cells = world.dynamics.cells
+    a, b = cells[first].astype(np.int64), cells[second].astype(np.int64)
+    characters = len(world.spec.characters)
+    moves = (a != a[:1]).any(0) | (b != b[:1]).any(0)
+    moves[:characters] = True
+    place = world.tables.coordinates
+    apart = np.abs(place[a] - place[b]).sum(-1).astype(float)
+    absent = world.dynamics.absent
+    apart = np.where((a == absent) != (b == absent), _FAR, np.minimum(apart, 2 * _FAR))
+    return float(apart.mean(0)[moves].max())
+
+
+class GridReader:
+    """Holds a record against a world's rules, frame by frame."""
+
+    def __init__(self, world: GridWorld, record: Record):
+        self.world, self.record = world, record
+        self.spec, self.dynamics = world.spec, world.dynamics
+
+    def wrong(self, where: str, message: str, hint: str | None = None) -> NoReturn:
+        raise error("script", f"{where}: {message}", whole_file(self.record.where), hint)
+
+    def read(self) -> Trajectory:
+        states = [self.state(self.record.start, "start")]
+        actions = []
+        for number, frame in enumerate(self.record.frames, 1):
+            action, after = self.frame(frame, states[-1], f"frame {number}")
+            actions.append(action)
+            states.append(after)
+        return Trajectory(np.array(actions, dtype=np.int64), np.array(states, dtype=np.int64))
+
+    def state(self, cells: Any, where: str) -> int:
+        if not isinstance(cells, dict):
+            self.wrong(where, "a state gives the cell of everyone")
+        code = 0
+        for name, stride in zip(self.spec.entities, self.dynamics.strides, strict=True):
+            if name not in cells:
+                self.wrong(where, f"where is `{name}`?")
+            code += self.cell(name, cells[name], where) * int(stride)
+        for name in cells:
+            if name not in self.spec.entities:
+                hint = did_you_mean(name, self.spec.entities)
+                self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
+        state = int(self.dynamics.lookup[code])
+        if state < 0:
+            self.wrong(where, "two of them stand on one cell")
+        return state
+
+    def cell(self, name: str, place: Any, where: str) -> int:
+        if place is None:
+            thing = next((t for t in self.spec.things if t.name == name), None)
+            if thing is None or not thing.may_be_absent:
+                self.wrong(where, f"`{name}` cannot be absent")
+            return self.dynamics.absent
+        good = (
+            isinstance(place, list | tuple)
+            and len(place) == 2
+            and all(isinstance(x, int) and not isinstance(x, bool) for x in place)
+        )
+        if not good:
+            self.wrong(where, f"the place of `{name}` is written [column, row]")
+        column, row = place
+        number = self.world.cell_number.get((column, row))
+        if number is None:
+            shown = shorten(f"[{column}, {row}]")
+            self.wrong(where, f"`{name}` cannot stand at {shown}: there is no free cell")
+        return number
+
+    def frame(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
+        expected = self.state(frame.get("state"), where)
+        if frame.get("event") is not None:
+            action, after = self.event(frame, state, where)
+        else:
+            action, after = self.turn(frame, state, where)
+        if after != expected:
+            self.differs(after, expected, where)
+        return action, after
+
+    def differs(self, after: int, expected: int, where: str) -> NoReturn:
+        rules = state_as_json(self.spec, self.dynamics, after)
+        given = state_as_json(self.spec, self.dynamics, expected)
+        for name, place in rules.items():
+            if given[name] != place:
+                shown = "absent" if place is None else f"at {place}"
+                got = "absent" if given[name] is None else f"at {given[name]}"
+                self.wrong(where, f"by the world's rules `{name}` is {shown}, not {got}")
+        raise AssertionError("two states differ in no entity")
+
+    def event(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
+        event = frame["event"]
+        for name in frame:
+            if any(name == c.name for c in self.spec.characters):
+                self.wrong(where, f"an event fills a whole frame, but `{name}` acts in it")
+            if name not in ("event", "state"):
+                self.wrong(where, f"there is no character `{shorten(name)}`")
+        known = dict(self.spec.events)
+        names = [k for k in event if k != "to"] if isinstance(event, dict) else []
+        if len(names) != 1 or names[0] not in known or event[names[0]] not in known[names[0]]:
+            shown = [
+                f'{{"{e}": "{t}", "to": [column, row]}}' for e, ts in known.items() for t in ts
+            ]
+            hint = "events: " + ", ".join(shown) if shown else "this world has no events"
+            self.wrong(where, f"there is no event {shorten(json.dumps(event))}", hint)
+        thing = event[names[0]]
+        if event.get("to") is None:
+            self.wrong(where, f"where does `{thing}` fall?", '"to": [column, row]')
+        entity = self.spec.entities.index(thing)
+        cell = self.cell(thing, event.get("to"), where)
+        tables, moves = self.world.tables, self.world.moves
+        number = moves.events.index(entity) * moves.slots + cell
+        after, possible = self.world.drops(tables, np.asarray(state))
+        if not possible[number]:
+            place = int(self.dynamics.cells[state, entity])
+            why = "the cell is taken" if place == self.dynamics.absent else "it is there already"
+            self.wrong(where, f"`{thing}` cannot fall there: {why}")
+        return moves.turn_count + number, int(after[number])
+
+    def turn(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
+        code, current = 0, state
+        known = [c.name for c in self.spec.characters]
+        for name in frame:
+            if name not in ("event", "state", *known):
+                hint = did_you_mean(name, known)
+                self.wrong(where, f"there is no character `{shorten(name)}`", hint)
+        for who, character in enumerate(self.spec.characters):
+            act, moved = self.act(frame.get(character.name), character.name, where)
+            after = int(self.dynamics.successor[who, act, current])
+            can, name = after != current, character.name
+            if moved and not can:
+                reason = "staying moves nobody" if act == STAY else "the way is blocked"
+                self.wrong(where, f"`{name}` cannot move {ACTIONS[act]}: {reason}")
+            if not moved and can and not character.is_weak:
+                message = f"`{name}` goes {ACTIONS[act]} and must move: only a weak one can fail"
+                self.wrong(where, message, '"moved": true')
+            success = moved or not can
+            outcome = self.world.moves.outcomes(who).index((act, success))
+            code = code * self.world.moves.counts[who] + outcome
+            current = after if success else current
+        return code, current
+
+    def act(self, entry: Any, name: str, where: str) -> tuple[int, bool]:
+        if not isinstance(entry, dict) or "action" not in entry:
+            example = f'"{name}": {{"action": "stay", "moved": false}}'
+            self.wrong(where, f"what does `{name}` do?", example)
+        if entry["action"] not in ACTIONS:
+            word = str(entry["action"])
+            hint = did_you_mean(word, ACTIONS)
+            self.wrong(where, f"there is no action `{shorten(word)}`", hint)
+        if not isinstance(entry.get("moved"), bool):
+            self.wrong(where, f"did `{name}` move?", '"moved": true or false')
+        return ACTIONS.index(entry["action"]), entry["moved"]
