@@ -24,7 +24,7 @@ ROOM = ("P...", ".#..", "...G")
     [
         ("kitchen", {}),
         ("kitchen", {"gamma": "0.9"}),
-        ("kitchen", {"gamma": "0.999"}),
+        pytest.param("kitchen", {"gamma": "0.999"}, marks=pytest.mark.slow),
         ("kitchen", {"beta": "10"}),
         ("kitchen", {"level0": "costs", "stay": "-0.5"}),
         ("maze", {}),

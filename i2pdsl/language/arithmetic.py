@@ -211,7 +211,8 @@ class Arithmetic(Elaboration):
             if item.kind not in ("number", "truth"):
                 raise self.wrong_kind("a number or a condition", item, place, env)
         if then.kind != otherwise.kind:
-            message = f"one branch is {ITEMS_IN_WORDS[then.kind]}, the other {ITEMS_IN_WORDS[otherwise.kind]}"
+            one, other = ITEMS_IN_WORDS[then.kind], ITEMS_IN_WORDS[otherwise.kind]
+            message = f"one branch is {one}, the other {other}"
             raise self.fail("type", message, node.otherwise.span, env)
         if is_pure(condition) and condition.axes == ty.NO_AXES:
             return then if evaluate(condition) else otherwise

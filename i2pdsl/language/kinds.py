@@ -1,8 +1,8 @@
 """What the parameters of a pattern are, what a pattern comes to, and which names it uses: read off
 its body and the patterns that it passes them on to. Nothing here knows a world.
 
-Kinds (`PARAMETER_KINDS`) are inferred from the places where a parameter stands. They help people, editors
-and the proof that a pattern fits a world; the checker does not depend on them.
+Kinds (`PARAMETER_KINDS`) are inferred from the places where a parameter stands. They help people,
+editors and the proof that a pattern fits a world; the checker does not depend on them.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import jax
@@ -115,12 +116,18 @@ def test_all_of_it_is_the_same_for_the_same_seed_and_for_pieces() -> None:
 # Training the hill.
 
 
+# One hill for all trainings that follow: its programs are compiled once.
+SAME_HILL, SAME_LOOKER = cache(training.hill_environment), cache(training.looker)
+
+
 @pytest.fixture
 def quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
     monkeypatch.setattr(training, "FRAMES", 12)
     monkeypatch.setattr(training, "ROLLOUTS", 6)
     monkeypatch.setattr(training, "CHUNK", 2)
+    monkeypatch.setattr(training, "hill_environment", SAME_HILL)
+    monkeypatch.setattr(training, "looker", SAME_LOOKER)
     return tmp_path
 
 

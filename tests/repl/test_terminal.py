@@ -289,10 +289,9 @@ def test_a_narrow_window(terminal: Open) -> None:
 
 def test_a_window_that_changes_its_size(terminal: Open) -> None:
     one = terminal(columns=100)
-    before = len(one.raw)
     termios.tcsetwinsize(one.master, (40, 50))
     one.screen.resize(40, 50)
-    one.until(lambda _: len(one.raw) > before)  # the prompt is drawn anew
+    time.sleep(0.2)
     plot = one.enter("plot 0.25")
     feet = [line for line in plot.splitlines() if "└" in line]
     assert len(feet) == 1

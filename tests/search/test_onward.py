@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fuzz_for_tests import FULL
 from i2pdsl.errors import Source
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
@@ -59,7 +60,7 @@ def test_what_is_missing_can_be_less_than_a_window() -> None:
     honest = made.solve(naive=True).script.trajectory
     path = Trajectory(honest.actions[:28], honest.states[:29])
     objective = story_objective(made.typed, world)
-    for frames in (1, 2, 5):  # the story ends at 30
+    for frames in (1, 2, 5) if FULL else (5,):  # the story ends at 30
         found = descents(world, objective, 30, made.typed.search, path, frames)
         assert {len(longer.actions) for longer, _ in found} == {min(30, 28 + frames)}
 
