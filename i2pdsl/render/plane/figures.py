@@ -64,9 +64,9 @@ def figure_svg(
     return (
         f'<g class="figure" transform="{placed_at(place, radius)}"{more}>'
         f'<circle r="94" fill="{color}" stroke="{INK}" stroke-width="12"/>'
-        f'<path d="M-62 62a88 88 0 0 0 124 0a100 100 0 0 1 -124 0" fill="{INK}" opacity="0.14"/>'
+        f'<path d="M-62 62a88 88 0 0 0 124 0a100 100 0 0 1 -124 0" fill="{INK}" fill-opacity="0.14"/>'
         f'{belt}<ellipse cx="-42" cy="-62" rx="22" ry="11" transform="rotate(-36 -42 -62)" '
-        f'fill="#fff" opacity="0.45"/><g class="face" transform="{face}">{_EYES}{_MOUTH}'
+        f'fill="#fff" fill-opacity="0.45"/><g class="face" transform="{face}">{_EYES}{_MOUTH}'
         f'<g class="pupils" transform="{pupils}">{_PUPILS}</g></g></g>'
     )
 
@@ -88,7 +88,7 @@ def shadow_svg(place: np.ndarray, radius: float) -> str:
     """The shadow beside a disc that light from the upper left falls on."""
     return (
         f'<g class="shadow" transform="{placed_at(place, radius)}">'
-        f'<circle cx="10" cy="16" r="100" fill="{INK}" opacity="0.2"/></g>'
+        f'<circle cx="10" cy="16" r="100" fill="{INK}" fill-opacity="0.2"/></g>'
     )
 
 
@@ -162,7 +162,7 @@ def trail_svg(
         points = view.pixels(performance.way(number, piece.first, piece.last))
         parts.append(
             f'<path d="{line_data(points)}" {LINE} stroke="{color}" '
-            f'stroke-width="{piece.width * view.trail:.2f}" opacity="{piece.opacity:.3f}"/>'
+            f'stroke-width="{piece.width * view.trail:.2f}" stroke-opacity="{piece.opacity:.3f}"/>'
         )
     return "".join(parts)
 
@@ -182,7 +182,7 @@ def way_style(performance: Performance, view: View, number: int) -> str:
     thin = 0.45 * view.trail
     dashes = f' stroke-dasharray="{4 * thin:.1f} {3 * thin:.1f}"' if number >= DASHED else ""
     color = tint(performance.spec.characters[number])
-    return f'{LINE} stroke="{color}" stroke-width="{thin:.2f}" opacity="0.45"{dashes}'
+    return f'{LINE} stroke="{color}" stroke-width="{thin:.2f}" stroke-opacity="0.45"{dashes}'
 
 
 # ------------------------------------------------------------------------------------- the scene
