@@ -1,9 +1,10 @@
-"""A state of a plane in characters: walls, places and discs, with a letter in the middle of each."""
+"""A state of a plane in characters: walls, and places and discs with a letter in their middle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import cos, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Plan(Canvas):
 def plane_in_characters(spec: PlaneSpec, state: np.ndarray, ink: Ink) -> str:
     """The plane with everybody in it, and who is who and where."""
     # A character is about twice as high as it is wide.
-    columns = min(72, ink.columns - 6)
+    columns = min(72, max(ink.columns - 6, 20))
     rows = max(3, round(columns * spec.height / spec.width / 2))
     if rows > ROWS:
         columns, rows = max(3, round(ROWS * 2 * spec.width / spec.height)), ROWS
@@ -63,35 +64,34 @@ def plane_in_characters(spec: PlaneSpec, state: np.ndarray, ink: Ink) -> str:
     for first, second in (*edges, *spec.segments):
         plan.line(*dot(first), *dot(second), WALLS)
     points = state[: 2 * len(spec.characters)].reshape(-1, 2)
-    letters = _letters([c.name.upper() for c in spec.characters])
-    letters += _letters([p.name.lower() for p in spec.places])
-    spots = [(p.at, p.radius, PLACES, p.color) for p in spec.places]
-    discs = [
-        (point, c.radius, number, c.color)
-        for number, (point, c) in enumerate(zip(points, spec.characters, strict=True))
-    ]
-    count = len(discs)
-    # Discs come last: they cover the places that they stand on.
-    for number, (at, radius, owner, color) in [
-        *enumerate(spots, count), *enumerate(discs)
-    ]:  # fmt: skip
-        plan.ring(*dot(at), *(radius * scale), owner)
-        plan.letter(*dot(at), ink.paint(letters[number], _code(color, number < count)))
+    signs = _letters([c.name.upper() for c in spec.characters])
     told = [
-        (letters[k], color, f"{c.name} ({x:.1f}, {y:.1f})", True)
-        for k, (c, (x, y), (_, _, _, color)) in enumerate(
-            zip(spec.characters, points, discs, strict=True)
-        )
+        _Spot((x, y), c.radius, number, sign, f"1;{_code(c.color)}", f"{c.name} ({x:.1f}, {y:.1f})")
+        for number, (c, (x, y), sign) in enumerate(zip(spec.characters, points, signs, strict=True))
     ]
+    names = _letters([p.name.lower() for p in spec.places])
     told += [
-        (letters[count + k], p.color, p.name, False) for k, p in enumerate(spec.places)
+        _Spot(p.at, p.radius, PLACES, sign, _code(p.color), p.name)
+        for p, sign in zip(spec.places, names, strict=True)
     ]
-    legend = [
-        (f"{sign} {name}", f"{ink.paint(sign, _code(color, bold))} {name}")
-        for sign, color, name, bold in told
-    ]
+    for spot in reversed(told):  # discs cover the places that they stand on
+        x, y = dot(spot.at)
+        plan.ring(x, y, spot.radius * scale[0], spot.radius * scale[1], spot.owner)
+        plan.letter(x, y, ink.paint(spot.sign, spot.code))
+    legend = [(f"{s.sign} {s.told}", f"{ink.paint(s.sign, s.code)} {s.told}") for s in told]
     lines = ["    " + line for line in plan.lines()]
     return "\n".join((*lines, *laid_out(legend, 2, 4, ink.columns)))
+
+
+class _Spot(NamedTuple):
+    """Something round: where, how large, as whose dots, and how its letter and it are told."""
+
+    at: tuple[float, float]
+    radius: float
+    owner: int
+    sign: str
+    code: str
+    told: str
 
 
 def _letters(names: Iterable[str]) -> list[str]:
@@ -103,7 +103,7 @@ def _letters(names: Iterable[str]) -> list[str]:
     return found
 
 
-def _code(color: str, bold: bool) -> str:
+def _code(color: str) -> str:
     """A colour of the world as a code of ANSI terminals."""
     red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
-    return f"{'1;' * bold}38;2;{red};{green};{blue}"
+    return f"38;2;{red};{green};{blue}"

@@ -19,15 +19,9 @@ from i2pdsl.render.plane.figures import (
     tint,
     trail_svg,
 )
-from i2pdsl.render.plane.performance import Performance, key_frames, ways_of
-from i2pdsl.render.plane.room import (
-    Name,
-    View,
-    names_svg,
-    place_names,
-    room_svg,
-    view_within,
-)
+from i2pdsl.render.plane.names import Name, names_svg, place_names
+from i2pdsl.render.plane.performance import Performance, key_frames
+from i2pdsl.render.plane.room import View, room_svg, view_within
 from i2pdsl.render.raster import text_width
 
 PANEL = (300.0, 250.0)  # pixels that a panel has at most
@@ -127,7 +121,7 @@ def _document(width: float, height: float, defined: str, content: str) -> str:
 
 
 def _still(view: View, performances: Sequence[Performance]) -> str:
-    return room_svg(view) + names_svg(view, place_names(view), ways_of(performances))
+    return room_svg(view) + names_svg(view, place_names(view), performances)
 
 
 def _framed(view: View, content: str, window: Window | None) -> str:
@@ -160,7 +154,7 @@ def _overview(performance: Performance, view: View, frames: Sequence[int]) -> st
         course = performance.positions[:, number]
         if len(characters) > 1:
             reach = view.radius(number)
-            names.append(Name(character.name, _point(course[0]), reach, view.text, character.color))
+            names.append(Name(character.name, course[0], reach, view.text, character.color))
         seen = [course[0], course[-1]]
         for frame in frames:
             # Not where somebody stays: one number there is enough, or none at either end.
@@ -173,17 +167,13 @@ def _overview(performance: Performance, view: View, frames: Sequence[int]) -> st
                 f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT}" fill="#fff" stroke="{color}" '
                 'stroke-width="2"/>'
             )
-            names.append(Name(str(frame), _point(course[frame]), DOT, small, character.color))
+            names.append(Name(str(frame), course[frame], DOT, small, character.color))
     content = (
         f"{room_svg(view)}{ghosts_svg(performance, view, 0)}{trails}{dots}"
         f"{cast_svg(performance, view, last)}"
-        f"{names_svg(view, names, ways_of([performance]), performance.positions[-1])}"
+        f"{names_svg(view, names, [performance])}"
     )
     return _framed(view, content, None)
-
-
-def _point(at: np.ndarray) -> tuple[float, float]:
-    return float(at[0]), float(at[1])
 
 
 def _sign(window: Window, view: View) -> str:

@@ -50,7 +50,6 @@ def figure_svg(
     place: np.ndarray,
     radius: float,
     gaze: np.ndarray,
-    more: str = "",
 ) -> str:
     """A disc of a radius at a place (pixels, y down) that looks along `gaze` (y up)."""
     color = character.color
@@ -62,9 +61,10 @@ def figure_svg(
         )
     face, pupils = face_moves(gaze)
     return (
-        f'<g class="figure" transform="{placed_at(place, radius)}"{more}>'
+        f'<g class="figure" transform="{placed_at(place, radius)}">'
         f'<circle r="94" fill="{color}" stroke="{INK}" stroke-width="12"/>'
-        f'<path d="M-62 62a88 88 0 0 0 124 0a100 100 0 0 1 -124 0" fill="{INK}" fill-opacity="0.14"/>'
+        '<path d="M-62 62a88 88 0 0 0 124 0a100 100 0 0 1 -124 0" '
+        f'fill="{INK}" fill-opacity="0.14"/>'
         f'{belt}<ellipse cx="-42" cy="-62" rx="22" ry="11" transform="rotate(-36 -42 -62)" '
         f'fill="#fff" fill-opacity="0.45"/><g class="face" transform="{face}">{_EYES}{_MOUTH}'
         f'<g class="pupils" transform="{pupils}">{_PUPILS}</g></g></g>'
@@ -78,9 +78,7 @@ def placed_at(place: np.ndarray, radius: float) -> str:
 
 def face_moves(gaze: np.ndarray) -> tuple[str, str]:
     """The transforms of face and pupils."""
-    face, pupils = (
-        f"translate({gaze[0] * dx:.2f} {gaze[1] * dy:.2f})" for dx, dy in (FACE, PUPIL)
-    )
+    face, pupils = (f"translate({gaze[0] * dx:.2f} {gaze[1] * dy:.2f})" for dx, dy in (FACE, PUPIL))
     return face, pupils
 
 
@@ -210,9 +208,7 @@ def film_svg(performance: Performance, view: View, time: float) -> str:
 def key_svg(spec: PlaneSpec, x: float, y: float, room: float = 600.0) -> str:
     """Who is who, and whose trail is which: a row 22 pixels high below a point."""
     parts = []
-    names = [
-        fitted(c.name, KEY, room / len(spec.characters) - 57, True) for c in spec.characters
-    ]
+    names = [fitted(c.name, KEY, room / len(spec.characters) - 57, True) for c in spec.characters]
     for number, (character, name) in enumerate(zip(spec.characters, names, strict=True)):
         dashes = ' stroke-dasharray="7 5"' if number >= DASHED else ""
         parts.append(

@@ -7,13 +7,13 @@ from math import ceil
 
 import numpy as np
 
-from i2pdsl.render.lettering import TAG, fitted, text_svg
 from i2pdsl.render.ink import INK, mix
+from i2pdsl.render.lettering import TAG, fitted, text_svg
 from i2pdsl.render.mind import WINDOW, Window
 from i2pdsl.render.plane.figures import film_svg
 from i2pdsl.render.plane.performance import HUES, Performance, frame_seconds
 from i2pdsl.render.plane.room import CREAM, FRAME
-from i2pdsl.render.plane.stage import Stage, stage_within
+from i2pdsl.render.plane.stage import stage_within
 from i2pdsl.render.raster import composite, svg_rgba, text_width
 from i2pdsl.render.strip import Meter, Strip
 from i2pdsl.render.video import (

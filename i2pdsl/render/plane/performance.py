@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -66,8 +67,8 @@ class Performance:
 
     @cached_property
     def gaze(self) -> np.ndarray:
-        """[T + 1, n, 2] Where the eyes look, x to the east and y to the north, at most 1 long: along
-        the motion, and straight ahead (0) at rest."""
+        """[T + 1, n, 2] Where the eyes look, x to the east and y to the north, at most 1 long:
+        along the motion, and straight ahead (0) at rest."""
         speed = np.array([c.speed for c in self.spec.characters])[:, None]
         steps = np.diff(self.positions, axis=0) / speed
         if not len(steps):
@@ -84,10 +85,11 @@ class Performance:
         time = min(max(time, 0.0), self.frames)
         before = int(time)
         after, share = min(before + 1, self.frames), time - before
-        return tuple(  # type: ignore[return-value]
+        positions, gaze = (
             course[before] * (1 - share) + course[after] * share
             for course in (self.positions, self.gaze)
         )
+        return positions, gaze
 
     def way(self, number: int, first: float, last: float) -> np.ndarray:
         """[k, 2] The way of a character from one time to another, k >= 2."""
@@ -108,11 +110,6 @@ def frame_seconds(performances: Sequence[Performance]) -> float:
     return float(np.clip(FRAME_SECONDS, min(SHORTEST / frames, SLOWEST), LONGEST / frames))
 
 
-def ways_of(performances: Sequence[Performance]) -> np.ndarray:
-    """[k, 2] All points that anybody comes through."""
-    return np.concatenate([p.positions.reshape(-1, 2) for p in performances])
-
-
 def key_frames(performance: Performance, count: int) -> list[int]:
     """At most `count` of the frames 0..T, first and last among them: where beliefs change, where
     somebody turns, and where somebody has come far since the one before."""
@@ -124,5 +121,5 @@ def key_frames(performance: Performance, count: int) -> list[int]:
         s.values[:, None] for p in performance.panels if p.kind == "probability" for s in p.series
     ]
     # A script of which no more is known than how long it is.
-    still = {"start": {}, "frames": [{"state": {}}] * performance.frames}
+    still: dict[str, Any] = {"start": {}, "frames": [{"state": {}}] * performance.frames}
     return comic.key_frames(still, np.concatenate(curves, axis=1), count)

@@ -76,7 +76,9 @@ def compared(performances: Sequence[Performance]) -> tuple[Panel, ...]:
             series = tuple(
                 Series(
                     p.title,
-                    np.pad(course[panel.title, label], (0, last - p.frames), constant_values=np.nan),
+                    np.pad(
+                        course[panel.title, label], (0, last - p.frames), constant_values=np.nan
+                    ),
                     HUES[number % len(HUES)],
                 )
                 for number, (p, course) in enumerate(zip(performances, courses, strict=True))

@@ -5,17 +5,12 @@ Coordinates are pixels with the room's upper left corner at (0, 0); a frame lies
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from xml.sax.saxutils import escape
 
 import numpy as np
 
 from i2pdsl.render.ink import INK, mix
-from i2pdsl.render.lettering import FONTS, fitted
-from i2pdsl.render.plane.labels import Obstacles, Tag, placed
-from i2pdsl.render.raster import text_width
 from i2pdsl.worlds.plane.spec import Place, PlaneSpec, Wall
 
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
@@ -106,7 +101,7 @@ def svg_document(view: View, content: str) -> str:
     )
 
 
-def _rect(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> str:
+def rect_svg(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> str:
     return f'<rect x="{x:.1f}" y="{y:.1f}" width="{w:.1f}" height="{h:.1f}" fill="{fill}" {more}/>'
 
 
@@ -125,7 +120,7 @@ def _floor(view: View) -> str:
         if (c + r) % 2
     )
     # A little under the frame, too, lest a seam shows.
-    floor = _rect(-1, -1, w + 2, h + 2, light)
+    floor = rect_svg(-1, -1, w + 2, h + 2, light)
     return floor + f'<path d="{squares}" fill="{mix(spec.floor, "#7a4a20", 0.03)}"/>'
 
 
@@ -140,7 +135,7 @@ def _frame(view: View) -> str:
     for rim, color in ((0.5 * m, mix(FRAME, BLACK, 0.38)), (0.38 * m, mix(FRAME, BLACK, 0.1))):
         d = rim / 2
         edge = f'rx="{d:.1f}" stroke="{color}" stroke-width="{2 * d:.1f}"'
-        parts.append(_rect(-d, -d, w + 2 * d, h + 2 * d, "none", edge))
+        parts.append(rect_svg(-d, -d, w + 2 * d, h + 2 * d, "none", edge))
     return "".join(parts)
 
 
@@ -204,7 +199,7 @@ def _pattern(number: int, x: float, y: float, r: float, color: str) -> str:
             return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{0.45 * r:.1f}" fill="{color}"/>'
         case 1:
             a = 0.4 * r
-            return _rect(x - a, y - a, 2 * a, 2 * a, color)
+            return rect_svg(x - a, y - a, 2 * a, 2 * a, color)
         case 2:
             a = 0.55 * r
             way = f"M{x:.1f} {y - a:.1f}l{a:.1f} {a:.1f}l{-a:.1f} {a:.1f}l{-a:.1f} {-a:.1f}Z"
@@ -218,72 +213,3 @@ def _pattern(number: int, x: float, y: float, r: float, color: str) -> str:
             a = 0.55 * r
             way = f"M{x:.1f} {y - a:.1f}l{0.87 * a:.1f} {1.5 * a:.1f}h{-1.74 * a:.1f}Z"
     return f'<path d="{way}" fill="{color}"/>'
-
-
-# ------------------------------------------------------------------------------------ the names
-
-
-@dataclass(frozen=True)
-class Name:
-    """A name or a number beside a point of the plane.
-
-    Attributes:
-        reach: pixels from the point that it keeps away.
-        size: of its letters, in pixels.
-    """
-
-    text: str
-    at: tuple[float, float]
-    reach: float
-    size: float
-    color: str
-
-
-def place_names(view: View) -> list[Name]:
-    """The names of the places."""
-    return [
-        Name(p.name, p.at, max(view.scale * p.radius, LEAST), view.text, p.color)
-        for p in view.spec.places
-    ]
-
-
-def names_svg(
-    view: View, names: Sequence[Name], ways: np.ndarray, ends: np.ndarray | None = None
-) -> str:
-    """Names on tags, clear of walls, places, discs at the start and at `ends` [n, 2], `ways`
-    [k, 2] (points of the plane) and each other."""
-    spec = view.spec
-    room = max(70.0, 0.4 * spec.width * view.scale)
-    texts = [fitted(name.text, name.size, room, bold=True) for name in names]
-    tags = [
-        Tag(*view.pixels(np.array(n.at)), n.reach, text_width(text, n.size, True) + 10, 1.3 * n.size)
-        for n, text in zip(names, texts, strict=True)
-    ]
-    spots = [(*view.pixels(np.array(p.at)), view.scale * p.radius) for p in spec.places]
-    discs = [[c.at for c in spec.characters], *([] if ends is None else [ends])]
-    spots += [
-        (*view.pixels(np.array(at)), view.radius(k)) for row in discs for k, at in enumerate(row)
-    ]
-    w, h, m = spec.width * view.scale, spec.height * view.scale, 0.9 * view.margin
-    obstacles = Obstacles(
-        (-m, -m, w + m, h + m),
-        view.pixels(np.array(spec.segments).reshape(-1, 2, 2)),
-        np.array(spots).reshape(-1, 3),
-        view.pixels(ways.reshape(-1, 2)),
-    )
-    return "".join(
-        _tag(tag, at, text, name)
-        for tag, at, text, name in zip(tags, placed(tags, obstacles), texts, names, strict=True)
-    )
-
-
-def _tag(tag: Tag, at: tuple[float, float], text: str, name: Name) -> str:
-    """A name on a tag in light and dark shades of its colour."""
-    (x, y), w, h = at, tag.width, tag.height
-    style = f'rx="{h / 2:.1f}" stroke="{mix(name.color, BLACK, 0.3)}" stroke-width="1"'
-    return (
-        f'<g class="name">{_rect(x - w / 2, y - h / 2, w, h, mix(name.color, WHITE, 0.86), style)}'
-        f'<text x="{x:.1f}" y="{y + 0.36 * name.size:.1f}" {FONTS} font-size="{name.size:.1f}" '
-        f'font-weight="bold" text-anchor="middle" fill="{mix(name.color, BLACK, 0.6)}">'
-        f"{escape(text)}</text></g>"
-    )

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from i2pdsl.render.ink import mix
 from i2pdsl.render.plane.figures import key_svg
-from i2pdsl.render.plane.performance import Performance, ways_of
-from i2pdsl.render.plane.room import CREAM, FRAME, View, names_svg, place_names, room_svg, view_within
+from i2pdsl.render.plane.names import names_svg, place_names
+from i2pdsl.render.plane.performance import Performance
+from i2pdsl.render.plane.room import CREAM, FRAME, View, room_svg, view_within
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
 BAND = 32.0  # pixels for who is who
@@ -39,7 +40,7 @@ class Stage:
     def still(self, performances: Sequence[Performance]) -> str:
         """All that does not move; names keep clear of all ways."""
         view = self.view
-        room = room_svg(view) + names_svg(view, place_names(view), ways_of(performances))
+        room = room_svg(view) + names_svg(view, place_names(view), performances)
         if not self.band:
             return room
         m, low = view.margin, view.height - view.margin

@@ -59,11 +59,16 @@ def _attitudes(script: Script, spec: PlaneSpec) -> list[Panel]:
     if not spec.social:
         return []
     values = script.world.vocabulary.latents[ATTITUDE].values
-    signs = {"hindering": min(values) < 0, "indifferent": 0 in values, "helping": max(values) > 0}  # type: ignore[operator,type-var]
+    numbers = [float(v) for v in values]
+    is_possible = {
+        "hindering": min(numbers) < 0,
+        "indifferent": 0 in numbers,
+        "helping": max(numbers) > 0,
+    }
     curves = [
         (name, script.query(f"P({ATTITUDE} {test} | script[:t])"))
         for name, test in _ATTITUDES.items()
-        if signs[name]
+        if is_possible[name]
     ]
     return [_panel(f"{spec.social.name}'s alignment", curves)]
 
@@ -74,12 +79,9 @@ def _minds(script: Script, spec: PlaneSpec) -> list[Panel]:
     names = [c.name for c in spec.characters]
     doubted = [n for n in names if rationality_of(n) in words.latents]
     rational = [
-        (n, script.query(f"P({rationality_of(n)} | script[:t])", assume="nothing"))
-        for n in doubted
+        (n, script.query(f"P({rationality_of(n)} | script[:t])", assume="nothing")) for n in doubted
     ]
-    assumed = [
-        row for row, holds in zip(words.hypotheses, script.assumption, strict=True) if holds
-    ]
+    assumed = [row for row, holds in zip(words.hypotheses, script.assumption, strict=True) if holds]
     # Who is irrational by the story's assumption has no value.
     minded = [n for n in names if any(row.get(rationality_of(n), True) for row in assumed)]
     values = [(n, script.query(f"E[V({n}) | script[:t]]")) for n in minded]
