@@ -28,6 +28,7 @@ PANEL = (300.0, 250.0)  # pixels that a panel has at most
 WIDE, WIDE_PANEL = 2.2, 430.0  # from which shape on a room counts as wide, and its panels' width
 SLOT = 190.0  # pixels that a panel's caption has at least
 LINES = 3  # of a caption, at most
+ASIDE = 270.0  # pixels that the whole way has at least: what is said below it needs them
 LABEL = 150.0  # pixels for a performance's name beside its row
 DOT = 3.6  # pixels: of the moments on the way
 OLD = 1.5  # the span over which the whole way fades, in its own: its beginning is well seen
@@ -49,7 +50,7 @@ def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> st
     columns = max(2, -(-len(frames) // 2)) if shape <= WIDE else 2
     if shape <= WIDE:
         large = view_within(performance.spec, 2 * slot + GUTTER, 2 * high - GUTTER - band)
-        x0, y0 = 2 * GUTTER + max(large.width, SLOT), top
+        x0, y0 = 2 * GUTTER + max(large.width, ASIDE), top
     else:
         large = view_within(performance.spec, columns * slot + GUTTER, 2 * PANEL[1])
         x0, y0 = GUTTER, top + large.height + 14 + 1.3 * TEXT + GUTTER
@@ -74,7 +75,7 @@ def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> st
     key_top = top + large.height + 48 if shape <= WIDE else bottom + 4
     bottom = max(bottom, key_top + 22 + GUTTER)
     heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
-    key = key_svg(performance.spec, GUTTER, key_top)
+    key = key_svg(performance.spec, GUTTER, key_top, max(large.width, ASIDE))
     still = f'<g id="room">{_still(view, [performance])}</g>'
     return _document(width, bottom, still, heading + "".join(parts) + key)
 
@@ -107,7 +108,7 @@ def together_svg(performances: Sequence[Performance], title: str, count: int = 4
         y += view.height + 14 + 1.3 * TEXT * max(map(len, texts)) + GUTTER
     width = GUTTER + LABEL + len(frames) * (slot + GUTTER)
     heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
-    key = key_svg(spec, GUTTER + LABEL, y + 4)
+    key = key_svg(spec, GUTTER + LABEL, y + 4, width - LABEL - 2 * GUTTER)
     still = f'<g id="room">{_still(view, performances)}</g>'
     return _document(width, y + 34, still, heading + "".join(parts) + key)
 

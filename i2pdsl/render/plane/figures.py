@@ -205,10 +205,10 @@ def film_svg(performance: Performance, view: View, time: float) -> str:
     return ways + scene_svg(performance, view, max(time - TRAIL, 0.0), time, TRAIL)
 
 
-def key_svg(spec: PlaneSpec, x: float, y: float, room: float = 600.0) -> str:
+def key_svg(spec: PlaneSpec, x: float, y: float, room: float) -> str:
     """Who is who, and whose trail is which: a row 22 pixels high below a point."""
     parts = []
-    names = [fitted(c.name, KEY, room / len(spec.characters) - 57, True) for c in spec.characters]
+    names = [fitted(c.name, KEY, room / len(spec.characters) - 80) for c in spec.characters]
     for number, (character, name) in enumerate(zip(spec.characters, names, strict=True)):
         dashes = ' stroke-dasharray="7 5"' if number >= DASHED else ""
         parts.append(

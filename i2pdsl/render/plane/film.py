@@ -47,7 +47,7 @@ class Painter:
         self.height = ceil(self.stage.height)
         view = self.stage.view
         # Of the picture's upper left corner; narrow rooms stand in its middle.
-        self.left, self.top = -view.margin - (width - view.width) / 2, -view.margin
+        self.left, self.top = self.stage.left - (width - self.stage.width) / 2, -view.margin
         ground = (
             f'<rect x="{self.left - 1:.1f}" y="{self.top - 1:.1f}" width="{width + 2}" '
             f'height="{self.height + 2}" fill="{mix(FRAME, CREAM, 0.78)}"/>'

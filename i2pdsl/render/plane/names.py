@@ -15,7 +15,7 @@ from i2pdsl.render.plane.performance import Performance
 from i2pdsl.render.plane.room import BLACK, LEAST, WHITE, View, rect_svg
 from i2pdsl.render.raster import text_width
 
-ROOM = 70.0  # pixels: the width up to which every name is written out
+ROOM = 130.0  # pixels: the width up to which names are written out in rooms that are wide enough
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def names_svg(view: View, names: Sequence[Name], performances: Sequence[Performa
     """Names on tags, clear of walls, places, the performances' ways with the discs at both ends,
     and each other."""
     spec = view.spec
-    room = max(ROOM, 0.4 * spec.width * view.scale)
+    room = max(min(view.width - 16, ROOM), 0.4 * view.width)
     tags, texts = [], []
     for name in names:
         text = fitted(name.text, name.size, room, bold=True)
@@ -75,8 +75,9 @@ def _tag(tag: Tag, at: tuple[float, float], text: str, name: Name) -> str:
     """A name on a tag in light and dark shades of its colour."""
     (x, y), w, h = at, tag.width, tag.height
     style = f'rx="{h / 2:.1f}" stroke="{mix(name.color, BLACK, 0.3)}" stroke-width="1"'
+    light = mix(name.color, WHITE, 0.86)
     return (
-        f'<g class="name">{rect_svg(x - w / 2, y - h / 2, w, h, mix(name.color, WHITE, 0.86), style)}'
+        f'<g class="name">{rect_svg(x - w / 2, y - h / 2, w, h, light, style)}'
         f'<text x="{x:.1f}" y="{y + 0.36 * name.size:.1f}" {FONTS} font-size="{name.size:.1f}" '
         f'font-weight="bold" text-anchor="middle" fill="{mix(name.color, BLACK, 0.6)}">'
         f"{escape(text)}</text></g>"

@@ -29,7 +29,7 @@ from i2pdsl.render.plane.performance import Performance, frame_seconds, key_fram
 from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.resources import write_text
 
-SHOWN = 900.0, 600.0  # pixels of a usual screen that a stage has, about
+SHOWN = 640.0, 440.0  # pixels that a stage usually has on a screen, about
 TOLD = 16  # captions that are listed where they change too often to list all
 
 
@@ -48,7 +48,7 @@ def page_html(
     captions = _captions(performances)
     film = Film(
         stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
-        aspect=across * stage.view.width / stage.height,
+        aspect=across * stage.width / stage.height,
         last=lasting.frames,
         seconds=frame_seconds(performances),
         captions=captions,

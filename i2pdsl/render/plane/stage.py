@@ -9,10 +9,10 @@ from i2pdsl.render.ink import mix
 from i2pdsl.render.plane.figures import key_svg
 from i2pdsl.render.plane.names import names_svg, place_names
 from i2pdsl.render.plane.performance import Performance
-from i2pdsl.render.plane.room import CREAM, FRAME, View, room_svg, view_within
+from i2pdsl.render.plane.room import CREAM, FRAME, View, rect_svg, room_svg, view_within
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
-BAND = 32.0  # pixels for who is who
+BAND, LEAST = 32.0, 260.0  # pixels for who is who: high, and at least wide
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,16 @@ class Stage:
         return BAND if len(self.view.spec.characters) > 1 else 0.0
 
     @property
+    def width(self) -> float:
+        """In pixels."""
+        return max(self.view.width, LEAST) if self.band else self.view.width
+
+    @property
+    def left(self) -> float:
+        """Of the picture: rooms that are narrower stand in its middle."""
+        return -self.view.margin - (self.width - self.view.width) / 2
+
+    @property
     def height(self) -> float:
         """In pixels."""
         return self.view.height + self.band
@@ -34,8 +44,7 @@ class Stage:
     @property
     def box(self) -> str:
         """The `viewBox`."""
-        m = self.view.margin
-        return f"{-m:g} {-m:g} {self.view.width:.2f} {self.height:.2f}"
+        return f"{self.left:.2f} {-self.view.margin:g} {self.width:.2f} {self.height:.2f}"
 
     def still(self, performances: Sequence[Performance]) -> str:
         """All that does not move; names keep clear of all ways."""
@@ -43,12 +52,11 @@ class Stage:
         room = room_svg(view) + names_svg(view, place_names(view), performances)
         if not self.band:
             return room
-        m, low = view.margin, view.height - view.margin
-        ground = (
-            f'<rect x="{-m - 1:.1f}" y="{low - 1:.1f}" width="{view.width + 2:.1f}" '
-            f'height="{self.band + 2:.1f}" fill="{mix(FRAME, CREAM, 0.78)}"/>'
+        low, m = view.height - view.margin, view.margin
+        ground = rect_svg(
+            self.left - 1, -m - 1, self.width + 2, self.height + 2, mix(FRAME, CREAM, 0.78)
         )
-        return ground + room + key_svg(view.spec, 0, low + 1, view.width - 2 * m)
+        return ground + room + key_svg(view.spec, self.left + m, low + 1, self.width - 2 * m)
 
 
 def stage_within(spec: PlaneSpec, width: float, height: float) -> Stage:
