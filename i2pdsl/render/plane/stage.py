@@ -12,7 +12,7 @@ from i2pdsl.render.plane.performance import Performance
 from i2pdsl.render.plane.room import CREAM, FRAME, View, rect_svg, room_svg, view_within
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
-BAND, LEAST = 32.0, 260.0  # pixels for who is who: high, and at least wide
+BAND, LEAST = 32.0, 310.0  # pixels for who is who: high, and at least wide
 
 
 @dataclass(frozen=True)
