@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 from i2pdsl.language.vocabulary import Vocabulary
@@ -37,7 +38,7 @@ class Wall:
     def segments(self) -> tuple[tuple[Point, Point], ...]:
         """Its straight parts, from point to point."""
         ends = (*self.points, self.points[0]) if self.closed else self.points
-        return tuple(zip(ends[:-1], ends[1:], strict=True))
+        return tuple(pairwise(ends))
 
 
 @dataclass(frozen=True)
