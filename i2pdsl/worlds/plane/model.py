@@ -37,23 +37,23 @@ class Cast(NamedTuple):
 
 
 class Plans(NamedTuple):
-    """What one character can be after, M plans.
+    """What one character can be after, M plans, as weights of all costs that there are.
+
+    What can be wanted is, in this order: each place, nothing, and of two characters to be near the
+    other or far from it: D in all.
 
     Attributes:
-        option [M]: what it wants: a place, or P: nothing, P + 1: to be near the other, P + 2: far
-            from it.
-        theirs [M]: what the other wants, as it knows.
-        rho [M]: its attitude.
-        spot [M]: where it must be to help (p) or hinder (P + p) the other on its way to place
-            p; 2 P: nowhere.
-        column [H]: its plan under each hypothesis; M: it moves at random.
+        own [D, M]: 1 for what it wants.
+        theirs [D, M]: its attitude, for what the other wants as it knows.
+        spots [2 P, M]: 1 for where it must be to help (p) or hinder (P + p) the other on its way
+            to place p.
+        rows [M + 1, H]: 1 for its plan under each hypothesis; M: it moves at random.
     """
 
-    option: Array
+    own: Array
     theirs: Array
-    rho: Array
-    spot: Array
-    column: Array
+    spots: Array
+    rows: Array
 
 
 class Tables(NamedTuple):
@@ -302,7 +302,7 @@ def _ways_to_spots(
 
 
 def _own_costs(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
-    """A character's cost to go for each thing that it can want, [..., P + 3]; see costs_to_go."""
+    """A character's cost to go for each thing that it can want, [..., D]; see costs_to_go."""
     xp = then.__array_namespace__()
     here = then[..., who, :]
     shift = then - known.places
@@ -334,16 +334,15 @@ def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Arra
     """
     xp = then.__array_namespace__()
     plans = tables.plans[who]
-    own = _own_costs(tables, cast, who, known, then)[..., plans.option]
+    own = _own_costs(tables, cast, who, known, then) @ plans.own
     if known.spots is None or who != cast.social:
         return own
-    theirs = _own_costs(tables, cast, 1 - who, known, then)[..., plans.theirs]
+    theirs = _own_costs(tables, cast, 1 - who, known, then) @ plans.theirs
     length, gradient = known.spots
     shift = then - known.places
     nearer = shift[..., who, :] - shift[..., 1 - who, :]
     ways = xp.maximum(length + (gradient * nearer[..., None, :]).sum(-1), 0.0)
-    ways = xp.concatenate([ways, ways[..., :1] * 0], axis=-1)
-    return own + plans.rho * theirs + ways[..., plans.spot]
+    return own + theirs + ways @ plans.spots
 
 
 def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
@@ -352,7 +351,7 @@ def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
     xp = state.__array_namespace__()
     known = outlook(tables, cast, state)
     cost = costs_to_go(tables, cast, who, known, known.places)
-    found = xp.concatenate([-cost, cost[..., :1] * 0], axis=-1)[..., tables.plans[who].column]
+    found = xp.concatenate([-cost, cost[..., :1] * 0], axis=-1) @ tables.plans[who].rows
     return xp.broadcast_to(found[..., None, :], (*state.shape[:-1], *tables.log_prior.shape))
 
 
@@ -447,7 +446,7 @@ def log_rows(
             sensible = xp.where(tables.by_path[:, None], found[1], found[0])
         at_random = sensible[..., :1] * 0 - xp.log(PI * tables.fastest[who] ** 2)
         every = xp.concatenate([sensible, at_random], axis=-1)
-        rows.append(every[..., tables.plans[who].column])
+        rows.append(every @ tables.plans[who].rows)
     return tuple(rows)
 
 

@@ -162,16 +162,20 @@ def _plans(spec: PlaneSpec, who: int, social: bool) -> model.Plans:
         theirs = options[str(row[goal_of(other)])] if other and rho else count
         keys.append((options[str(row[goal_of(own)])], theirs, rho))
     plans = [key for key in dict.fromkeys(keys) if key is not None]
-    spots = [
-        theirs + count * (rho < 0) if rho and theirs < count else 2 * count
-        for _, theirs, rho in plans
-    ]
+    wants = count + (3 if len(spec.characters) == 2 else 1)
+    own, others = np.zeros((2, len(plans), wants))
+    spots = np.zeros((len(plans), 2 * count))
+    for number, (wanted, theirs, rho) in enumerate(plans):
+        own[number, wanted] = 1
+        others[number, theirs] = rho
+        if rho and theirs < count:
+            spots[number, theirs + count * (rho < 0)] = 1
+    rows = np.array([len(plans) if key is None else plans.index(key) for key in keys])
     return model.Plans(
-        option=np.array([p[0] for p in plans]),
-        theirs=np.array([p[1] for p in plans]),
-        rho=np.array([p[2] for p in plans]),
-        spot=np.array(spots),
-        column=np.array([len(plans) if key is None else plans.index(key) for key in keys]),
+        own=own.T,
+        theirs=others.T,
+        spots=spots.T,
+        rows=np.eye(len(plans) + 1)[rows].T,
     )
 
 
