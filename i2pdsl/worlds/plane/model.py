@@ -305,32 +305,34 @@ def _own_costs(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array
     """A character's cost to go for each thing that it can want, [..., D]; see costs_to_go."""
     xp = then.__array_namespace__()
     here = then[..., who, :]
-    shift = then - known.places
+    shift = then - known.places[..., None, :, :]
     cost = norm(here[..., None, :] - tables.places)
     if known.longer is not None:
-        drift = (known.slope[who] * shift[..., who, None, :]).sum(-1)
-        cost = cost + known.longer[who] + drift
+        drift = shift[..., who, :] @ xp.swapaxes(known.slope[who], -1, -2)
+        cost = cost + known.longer[who][..., None, :] + drift
     parts = [cost, here[..., :1] * 0]
     if cast.count == 2:
-        apart = norm(here - then[..., 1 - who, :])
+        apart = norm(here - then[..., 1 - who, :])[..., None]
         if known.between is not None:
             longer, mine, theirs = known.between[who]
-            drift = (mine * shift[..., who, :] + theirs * shift[..., 1 - who, :]).sum(-1)
-            apart = apart + longer + drift
-        parts.append(xp.maximum(apart - tables.radius.sum(), 0.0)[..., None])
-        parts.append(xp.maximum(tables.safe - apart, 0.0)[..., None])
+            drift = (
+                shift[..., who, :] @ mine[..., None] + shift[..., 1 - who, :] @ theirs[..., None]
+            )
+            apart = apart + longer[..., None, None] + drift
+        parts.append(xp.maximum(apart - tables.radius.sum(), 0.0))
+        parts.append(xp.maximum(tables.safe - apart, 0.0))
     return xp.concatenate(parts, axis=-1)
 
 
 def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
-    """What a character still has to pay in each of its plans where all are at `then`, [..., M].
+    """What a character still has to pay in each of its plans where all are at `then`, [..., K, M].
 
     The social one pays for its own goal, `rho` times what the other has to pay, and for the way to
     where it can help or hinder it. Straight ways are exact; detours and ways to those spots are
     taken to first order about the places where they were looked at.
 
     Args:
-        then [..., n, 2]: places near those of the outlook.
+        then [..., K, n, 2]: places near those of the outlook.
     """
     xp = then.__array_namespace__()
     plans = tables.plans[who]
@@ -339,10 +341,15 @@ def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Arra
         return own
     theirs = _own_costs(tables, cast, 1 - who, known, then) @ plans.theirs
     length, gradient = known.spots
-    shift = then - known.places
+    shift = then - known.places[..., None, :, :]
     nearer = shift[..., who, :] - shift[..., 1 - who, :]
-    ways = xp.maximum(length + (gradient * nearer[..., None, :]).sum(-1), 0.0)
+    ways = xp.maximum(length[..., None, :] + nearer @ xp.swapaxes(gradient, -1, -2), 0.0)
     return own + theirs + ways @ plans.spots
+
+
+def costs_here(tables: Tables, cast: Cast, who: int, known: Outlook) -> Array:
+    """The same where they are, [..., M]."""
+    return costs_to_go(tables, cast, who, known, known.places[..., None, :, :])[..., 0, :]
 
 
 def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
@@ -350,7 +357,7 @@ def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
     random."""
     xp = state.__array_namespace__()
     known = outlook(tables, cast, state)
-    cost = costs_to_go(tables, cast, who, known, known.places)
+    cost = costs_here(tables, cast, who, known)
     found = xp.concatenate([-cost, cost[..., :1] * 0], axis=-1) @ tables.plans[who].rows
     return xp.broadcast_to(found[..., None, :], (*state.shape[:-1], *tables.log_prior.shape))
 
@@ -367,51 +374,32 @@ def step_cost(tables: Tables, who: int, velocity: Array) -> Array:
 def lookahead(
     tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array, tried: Array
 ) -> Array:
-    """What a frame and all after it cost a character in each plan, [..., M], if it tries a
-    velocity [..., 2] while all others do as they do, [..., n, 2]. Walls are felt by the ways."""
-    xp = tried.__array_namespace__()
-    mine = (xp.arange(cast.count) == who)[:, None]
-    then = known.places + xp.where(mine, tried[..., None, :], velocities)
+    """What a frame and all after it cost a character in each plan, [..., K, M], if it tries each
+    of the velocities [..., K, 2] while the other does as it does. Walls are felt by the ways.
+
+    Args:
+        velocities [..., n, 2]: what all do.
+    """
+    xp = velocities.__array_namespace__()
+    places, moving = known.places[..., None, :, :], velocities[..., None, :, :]
+    shape = (*tried.shape[:-1], 1, 2)
+    moves = [xp.broadcast_to(moving[..., c : c + 1, :], shape) for c in range(cast.count)]
+    moves[who] = tried[..., None, :]
+    then = places + xp.concatenate(moves, axis=-2)
     if cast.count == 2:
         then = _apart(tables, then)
     ahead = costs_to_go(tables, cast, who, known, then)
     return step_cost(tables, who, tried)[..., None] + ahead
 
 
-def _for_alternatives(known: Outlook) -> Outlook:
-    """An outlook with an axis for a character's alternatives, before those of its arrays' own."""
-    axis = {
-        0: lambda a: a[..., None, :, :],
-        1: lambda a: a[..., None, :],
-        2: lambda a: a[..., None],
-    }
-    pair, list_, one = axis[0], axis[1], axis[2]
-    return Outlook(
-        pair(known.places),
-        None if known.longer is None else tuple(map(list_, known.longer)),
-        None if known.slope is None else tuple(map(pair, known.slope)),
-        None
-        if known.between is None
-        else tuple((one(a), list_(b), list_(c)) for a, b, c in known.between),
-        None if known.spots is None else (list_(known.spots[0]), pair(known.spots[1])),
-    )
-
-
-def log_policy(
+def alternatives(
     tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array
 ) -> tuple[Array, Array]:
-    """How viewers expect a character to move: costs of all velocities of the quadrature,
-    [..., K, M], and log of the integral of exp(-beta cost) over all velocities, [..., O, M]."""
+    """The velocities of the quadrature [..., K, 2], what each costs in each plan [..., K, M]."""
     xp = velocities.__array_namespace__()
-    tried = tables.fastest[who] * tables.nodes
-    costs = lookahead(
-        tables, cast, who, _for_alternatives(known), velocities[..., None, :, :], tried
-    )
-    weighed = (
-        tables.log_weights
-        - tables.beta[:, None, None] * xp.moveaxis(costs, -2, -1)[..., None, :, :]
-    )
-    return costs, log_sum(weighed) + 2 * xp.log(tables.fastest[who])
+    shape = (*velocities.shape[:-2], *tables.nodes.shape)
+    tried = xp.broadcast_to(tables.fastest[who] * tables.nodes, shape)
+    return tried, lookahead(tables, cast, who, known, velocities, tried)
 
 
 def log_rows(
@@ -433,12 +421,16 @@ def log_rows(
         own = velocities[..., who, :]
         found = []
         if cast.steps:
-            chosen = lookahead(tables, cast, who, known, velocities, own)[..., None, :]
-            found.append(-beta * chosen - log_policy(tables, cast, who, known, velocities)[1])
+            chosen = lookahead(tables, cast, who, known, velocities, own[..., None, :])
+            costs = alternatives(tables, cast, who, known, velocities)[1]
+            weighed = (
+                tables.log_weights - beta[..., None] * xp.swapaxes(costs, -1, -2)[..., None, :, :]
+            )
+            total = log_sum(weighed) + 2 * xp.log(tables.fastest[who])
+            found.append(-beta * chosen - total)
         if cast.paths:
             ahead = outlook(tables, cast, after)
-            rise = costs_to_go(tables, cast, who, ahead, ahead.places)
-            rise = rise - costs_to_go(tables, cast, who, known, known.places)
+            rise = costs_here(tables, cast, who, ahead) - costs_here(tables, cast, who, known)
             spent = step_cost(tables, who, own)[..., None] + rise
             found.append(-beta * spent[..., None, :] - xp.log(2 * PI * tables.speed[who] / beta))
         sensible = found[0]
