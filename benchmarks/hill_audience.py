@@ -17,14 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.objective.replay import replay
 from i2pdsl.pipeline import story_from
 from i2pdsl.scripts import Script
-from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.world import HillWorld, build_hill
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"
@@ -47,7 +47,7 @@ def script_of(text: str, executing: int, length: int) -> Script:
 def driven(executing: int, length: int, wanted: Callable[[np.ndarray], np.ndarray]) -> Trajectory:
     """A light box pulled by muscles that do what `wanted` says of a state, and some noise."""
     light = build_hill(HillSpec().with_settings({"controller": executing}))
-    states, actions = [light.starts(None)[0]], []
+    states, actions = [light.starts()[0]], []
     for chance in 0.1 * np.random.default_rng(0).normal(size=(length, MUSCLE_COUNT)):
         own = light.actuation(states[-1], np.zeros(MUSCLE_COUNT))
         actions.append(wanted(states[-1]) + chance - own)

@@ -91,13 +91,14 @@ def searches(cache: Path) -> None:
     print("searches, once planned (all starts; tables in memory)")
     from i2pdsl.objective.terms import story_objective
     from i2pdsl.pipeline import load
-    from i2pdsl.search.beam import beam_search, draw_starts
+    from i2pdsl.search.beam import beam_search
+    from i2pdsl.search.task import draw_starts
 
     for path in sorted(STORIES.glob("*.story")):
         story = load(path)
         world, plan = story.world(), story.typed.search
         objective = story_objective(story.typed, world)
-        starts = draw_starts(world.starts(story.typed.start), plan.starts, 0)
+        starts = draw_starts(story.allowed_starts(world), plan.starts, 0)
         names = world.spec.entities
         events = tuple(world.moves.events.index(names.index(t)) for _, t in story.typed.allow)
         search = partial(
@@ -147,11 +148,11 @@ def numpy_search(world: Any, objective: Any, length: int, starts: Any) -> float:
 def pictures(out: Path) -> None:
     print("pictures of help.story")
     from i2pdsl.pipeline import Script
-    from i2pdsl.render.pictures import Pictures
+    from i2pdsl.render.grid.pictures import GridPictures
 
     script = Script.load(out / "help" / "script.json")
     for kind in ("png", "svg", "html", "gif", "mp4"):
-        work = lambda k=kind: Pictures(script).save(out / "pictures", (k,))
+        work = lambda k=kind: GridPictures(script).save(out / "pictures", (k,))
         row(kind, clock(work, 2))
 
 

@@ -31,12 +31,15 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib
 
-    module = "i2pdsl.errors" if name in _ERRORS else "i2pdsl.pipeline"
-    return getattr(importlib.import_module(module), name)
+    if name in _ERRORS:
+        return getattr(importlib.import_module("i2pdsl.errors"), name)
+    importlib.import_module("i2pdsl.notebook.display")  # so that notebooks show what they get
+    return getattr(importlib.import_module("i2pdsl.pipeline"), name)
 
 
 def load_ipython_extension(shell: Any) -> None:
     """`%load_ext i2pdsl` in a notebook: the magics `%%story`, `%query` and `%%query`."""
+    import i2pdsl.notebook.display  # noqa: F401  registers itself
     from i2pdsl.notebook.magic import load_magics
 
     load_magics(shell)

@@ -11,6 +11,7 @@ import numpy as np
 from i2pdsl.errors import display_width, padded
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import UNKNOWN, Vocabulary, show_value
+from i2pdsl.shown import Shown
 
 if TYPE_CHECKING:
     import pandas
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Answer(Shown):
     """The answer to a query: over `t` if that is not None, and over `labels` for a latent.
 
     Attributes:
@@ -95,11 +96,6 @@ class Answer:
         from i2pdsl.tables import answer_to_xarray
 
         return answer_to_xarray(self)
-
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
-        from i2pdsl.notebook.display import show_answer
-
-        return show_answer(self)
 
 
 def number(value: float | np.ndarray) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 import unicodedata
 from bisect import bisect_right
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 
@@ -301,3 +301,11 @@ def _place(span: Span) -> dict[str, object]:
         "end_line": end_line,
         "end_column": end_column,
     }
+
+
+def moved(diagnostics: Iterable[Diagnostic], put: Callable[[Span], Span]) -> tuple[Diagnostic, ...]:
+    """Diagnostics whose places are put elsewhere."""
+    return tuple(
+        replace(d, span=put(d.span), notes=tuple(Note(n.message, put(n.span)) for n in d.notes))
+        for d in diagnostics
+    )

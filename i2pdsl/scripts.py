@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.answers import Answer, latent_of
-from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import (
     Diagnostic,
     Source,
@@ -32,12 +30,14 @@ from i2pdsl.language.check import (
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
-from i2pdsl.search.record import Record, Trajectory, read_record
-from i2pdsl.search.script import make_record, read_path
+from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
-from i2pdsl.worlds.find import Spec, find_spec, vocabulary_of
-from i2pdsl.worlds.grid.parse import parse_world
-from i2pdsl.worlds.ready import Watch, ready_world, viewers_of, world_of_rules
+from i2pdsl.worlds.find import find_spec, vocabulary_of
+from i2pdsl.worlds.kind import Spec, Watch
+from i2pdsl.worlds.kinds import kind_of, parse_world
+from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.record import Record, Trajectory, extended, read_record
 from i2pdsl.worlds.world import Viewer, World
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Script:
+class Script(Shown):
     """A finished story that can be asked and drawn.
 
     Attributes:
@@ -196,11 +196,6 @@ class Script:
         told = f"{name or 'script'}: world {self.world.name}, {self.length} frames"
         return f"<Script {told}{'' if score is None else f', score {score:.4g}'}>"
 
-    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
-        from i2pdsl.notebook.display import show_script
-
-        return show_script(self)
-
     def _check_appended(self, query: TypedQuery) -> None:
         """Refuses a question about a turn that cannot follow the script's end."""
         last = Frame(*(part[-1] for part in self.frames))
@@ -213,6 +208,20 @@ class Script:
                         raise error("turn", message, whole_file("query"))
 
 
+def make_record(
+    world: World,
+    path: Trajectory,
+    story: dict[str, Any],
+    settings: dict[str, Any],
+    score: float | None,
+) -> Record:
+    """A script file's content from a script in the world's numbers."""
+    about = {"name": world.name, "source": world.spec.source or None, "settings": settings}
+    kind = kind_of(world.spec)
+    start = kind.start_as_json(world, path.start)
+    return Record(story, about, score, start, kind.frames_as_json(world, path))
+
+
 def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
     """The longest sequence of turns that a story's objective appends to its script."""
     found: tuple[ty.Turn, ...] = ()
@@ -221,17 +230,6 @@ def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
             if isinstance(node, ty.Moment) and len(node.turns) > len(found):
                 found = node.turns
     return found
-
-
-def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray) -> Trajectory:
-    """A path with more actions [k, ...] and the states that they lead to."""
-    states = [np.asarray(path.states[-1])]
-    for action in actions:
-        after = world.transition(world.tables, states[-1], np.asarray(action))
-        states.append(np.asarray(after))
-    more = np.array(states[1:], dtype=path.states.dtype).reshape(-1, *path.states.shape[1:])
-    acts = np.asarray(actions, dtype=path.actions.dtype).reshape(-1, *path.actions.shape[1:])
-    return Trajectory(np.concatenate([path.actions, acts]), np.concatenate([path.states, more]))
 
 
 def script_of(
@@ -291,7 +289,8 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     spec = _stored_world(record, folder)
     story, warnings = _stored_story(record, spec, folder)
     viewers = viewers_of(spec, story.observers) if story else (Viewer(spec),)
-    path = read_path(world_of_rules(spec), record)  # before planning, which may take long
+    kind = kind_of(spec)
+    path = kind.read(kind.rules(spec), record)  # before planning, which may take long
     world = ready_world(spec, viewers, watch)
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)

@@ -12,6 +12,7 @@ import numpy as np
 from i2pdsl.answers import Answer
 from i2pdsl.errors import Source
 from i2pdsl.language.scope import Module
+from i2pdsl.worlds.kinds import kind_of
 
 if TYPE_CHECKING:
     import pandas
@@ -98,34 +99,21 @@ def frame_table(script: Script) -> pandas.DataFrame:
     """What happens, a row for each frame 0..T, frame 0 being the start.
 
     On a map: NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
-    (missing where it is absent), and the event. On the hill: the world's quantities of a frame.
+    (missing where it is absent), and the event. Where bodies move: the world's quantities of a
+    frame.
     """
     pd = _library("pandas")
     table = pd.DataFrame(index=pd.RangeIndex(script.length + 1, name=FRAMES))
-    words, record = script.world.vocabulary, script.record
-    if not words.enumerable:
-        plain = replace(script, module=Module(Source("table", "")))  # without the story's names
-        for predicate in words.predicates.values():
-            of = words.characters if predicate.parameters == ("character",) else words.things
-            for who in of:
-                answer = plain.ask(f"[{predicate.name}({who}) @ script[t]]")
-                table[f"{who}_{predicate.name}"] = answer.to_pandas()
+    words = script.world.vocabulary
+    columns = kind_of(script.world.spec).columns(words, script.record)
+    for name, (values, dtype) in columns.items():
+        table[name] = pd.array(values, dtype=dtype)
+    if columns:
         return table
-    frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
-    for who in words.characters:
-        turns = [frame.get(who) or {} for frame in frames]
-        table[f"{who}_action"] = pd.array([turn.get("action") for turn in turns], dtype="string")
-        table[f"{who}_moved"] = pd.array([turn.get("moved") for turn in turns], dtype="boolean")
-    for thing in (*words.characters, *words.things):
-        places = [frame["state"].get(thing) or (None, None) for frame in frames]
-        for axis, name in enumerate(("column", "row")):
-            cells = pd.array([place[axis] for place in places], dtype="Int64")
-            table[f"{thing}_{name}"] = cells
-    table["event"] = pd.array([_event(frame.get("event")) for frame in frames], dtype="string")
+    plain = replace(script, module=Module(Source("table", "")))  # without the story's names
+    for predicate in words.predicates.values():
+        of = words.characters if predicate.parameters == ("character",) else words.things
+        for who in of:
+            answer = plain.ask(f"[{predicate.name}({who}) @ script[t]]")
+            table[f"{who}_{predicate.name}"] = answer.to_pandas()
     return table
-
-
-def _event(event: Mapping[str, Any] | None) -> str | None:
-    """An event as a story has it: `deus(table)`."""
-    told = [f"{kind}({thing})" for kind, thing in (event or {}).items() if kind != "to"]
-    return told[0] if told else None

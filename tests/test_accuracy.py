@@ -7,8 +7,8 @@ from random import Random
 import numpy as np
 import pytest
 
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.objective.replay import replay
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import Plan, solve

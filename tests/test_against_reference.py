@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import reference
-from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from worlds_for_tests import STORIES, Pair, small_kitchen
 

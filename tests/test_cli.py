@@ -747,7 +747,7 @@ def test_a_lost_interrupt_is_sent_again() -> None:
 
 
 def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    from i2pdsl.render import film
+    from i2pdsl.render.grid import film
 
     def full(*_: Any, **__: Any) -> None:
         raise RuntimeError("ffmpeg failed: No space\nleft on device")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import reference
-from i2pdsl.audience.replay import evaluate, replay
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import check_query, check_source
 from i2pdsl.language.scope import Module
+from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import story_from
 from i2pdsl.worlds.grid.dynamics import build_dynamics
@@ -187,10 +187,11 @@ def test_mirroring_the_map_changes_no_belief() -> None:
         }
         for frame in document["frames"]
     ]
-    from i2pdsl.search.script import Record, read_path
+    from i2pdsl.worlds.grid.kind import KIND
+    from i2pdsl.worlds.record import Record
 
     record = Record({}, {"name": "w"}, None, text["start"], tuple(text["frames"]))
-    turned = read_path(other.world, record)
+    turned = KIND.read(other.world, record)
     ours = replay(pair.world, path.states, path.actions)
     theirs = replay(other.world, turned.states, turned.actions)
     np.testing.assert_allclose(np.exp(ours.belief), np.exp(theirs.belief), atol=1e-8)

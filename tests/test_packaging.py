@@ -57,7 +57,7 @@ def test_the_wheel_holds_everything(wheel: Path) -> None:
     wanted |= {f"i2pdsl/data/{f}" for f in files_of("stories", ".story", ".world")}
     assert "i2pdsl/data/grammar/story.lark" in wanted
     assert "i2pdsl/data/stories/patterns/depict.story" in wanted
-    assert "i2pdsl/render/sprites/robot.svg" in wanted
+    assert "i2pdsl/render/grid/sprites/robot.svg" in wanted
     assert "i2pdsl/render/page/player.js" in wanted
     assert wanted - names == set()
     strangers = {n for n in names if not n.startswith("i2pdsl")}

@@ -27,9 +27,9 @@ from i2pdsl.language.naming import same_name
 from i2pdsl.planning import store
 from i2pdsl.render.pictures import pictures_of
 from i2pdsl.resources import cache_folder
-from i2pdsl.search.candidates import APART, distance
-from i2pdsl.search.naive import naive_rollout
+from i2pdsl.worlds.grid.naive import naive_rollout
 from i2pdsl.worlds.grid.planning import load_or_plan
+from i2pdsl.worlds.grid.script import APART, distance
 from worlds_for_tests import SMALL_MAP, kitchen_text, planned, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")

@@ -14,17 +14,22 @@ import reference
 from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.pipeline import trajectory
-from i2pdsl.search.script import Trajectory, make_record
+from i2pdsl.scripts import make_record
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.record import Trajectory, empty, extended
 from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).parent.parent / "stories"
 SMALL_MAP = ("P..", "#.G", "...")
+
+
+def trajectory(world: GridWorld, start: int, actions: np.ndarray) -> Trajectory:
+    """A script from its start and its actions."""
+    return extended(world, empty(world, np.int64(start)), actions)
 
 
 def kitchen_text(rows: tuple[str, ...], **changes: str) -> str:

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, WRONG, output_json, show
 from i2pdsl.errors import Diagnostic, StoryError
+from i2pdsl.output import DONE, WRONG, output_json, show
 
 
 @click.command()
@@ -19,8 +19,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     from i2pdsl.language.check import TypedStory, check_source
     from i2pdsl.language.statements import read_source
     from i2pdsl.worlds.find import find_vocabulary, world_warnings
-    from i2pdsl.worlds.grid.parse import parse_world
-    from i2pdsl.worlds.grid.reach import goal_warnings
+    from i2pdsl.worlds.kinds import kind_of, parse_world
 
     diagnostics: list[Diagnostic] = []
     files: list[str] = []
@@ -34,7 +33,8 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
         try:
             source = read_source(name)
             if name.endswith(".world"):
-                diagnostics.extend(goal_warnings(parse_world(source, Path(name).stem), name))
+                spec = parse_world(source, Path(name).stem)
+                diagnostics.extend(kind_of(spec).warnings(spec, name))
             else:
                 folder = Path(name).parent
                 checked = check_source(source, find_vocabulary, folder)

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, check_writable, output, output_json, show
-from i2pdsl.computing import computing
 from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
+from i2pdsl.output import DONE, check_writable, output, output_json, show
 
 if TYPE_CHECKING:
     from i2pdsl.language.story import TypedStory
@@ -82,19 +81,18 @@ def compile_programs(
     """
     from i2pdsl.pipeline import Story
     from i2pdsl.progress import Bars
+    from i2pdsl.search.searches import search_of
 
     shapes: dict[str, dict[str, Any]] = {}
     problems: list[Diagnostic] = []
     traced: list[str] = []
     done = 0
-    with Bars() as bars, computing(bars.say):
-        from i2pdsl.search.prepare import prepare
-
+    with Bars() as bars:
         try:
             for (path, typed), record in zip(stories, records, strict=True):
                 bars.compiling(done, len(stories))
                 try:
-                    program = prepare(Story(typed, path.parent), bars.watch)
+                    program = search_of(typed).prepare(Story(typed, path.parent).task(bars.watch))
                 except StoryError as problem:
                     problems.extend(problem.diagnostics)
                     continue

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from i2pdsl.commands.output import check_writable, output, output_json
 from i2pdsl.errors import Diagnostic, StoryError
+from i2pdsl.output import check_writable, output, output_json
 
 
 @click.command()

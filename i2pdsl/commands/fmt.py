@@ -8,9 +8,9 @@ import sys
 import click
 
 from i2pdsl.commands.inputs import story_files
-from i2pdsl.commands.output import DONE, WRONG
+from i2pdsl.output import DONE, WRONG
 
-_MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, and no story
+_MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, or says its kind; no story does
 
 
 @click.command()
@@ -21,13 +21,15 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
     from i2pdsl.language.format import format_source
     from i2pdsl.language.statements import LARGEST_TEXT, decode, read_data
     from i2pdsl.resources import write_text
-    from i2pdsl.worlds.grid.blocks import format_world
+    from i2pdsl.worlds.blocks import kind_said
+    from i2pdsl.worlds.kinds import format_world
 
     status = DONE
     for path in paths:
         if path == "-":
             source = decode(sys.stdin.buffer.read(), "standard input")
-            form = format_world if _MAP.search(source.text) else format_source
+            is_world = _MAP.search(source.text) or kind_said(source)
+            form = format_world if is_world else format_source
             click.echo(form(source), nl=False)
             continue
         for file in story_files(path):

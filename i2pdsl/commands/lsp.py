@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from i2pdsl.commands.output import DONE, WRONG
+from i2pdsl.output import DONE, WRONG
 
 _EXTRA = ("pygls", "lsprotocol", "cattrs", "attrs", "attr")
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from i2pdsl.commands.output import DONE, WRONG, in_words, show
 from i2pdsl.errors import Diagnostic, whole_file
+from i2pdsl.output import DONE, WRONG, in_words, show
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Script

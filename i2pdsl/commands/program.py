@@ -9,7 +9,9 @@ from importlib import import_module
 
 import click
 
-from i2pdsl.commands.output import (
+from i2pdsl.computing import NoComputing
+from i2pdsl.errors import StoryError
+from i2pdsl.output import (
     DONE,
     INTERRUPTED,
     USAGE,
@@ -18,8 +20,6 @@ from i2pdsl.commands.output import (
     in_words,
     show,
 )
-from i2pdsl.computing import NoComputing
-from i2pdsl.errors import StoryError
 
 COMMANDS = (
     "run",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from i2pdsl.commands.inputs import script_or_story
-from i2pdsl.commands.output import output, output_json, show
+from i2pdsl.output import output, output_json, show
 
 
 @click.command()

@@ -8,9 +8,9 @@ import click
 
 from i2pdsl.commands.arguments import Formats
 from i2pdsl.commands.inputs import script_or_story
-from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
 from i2pdsl.commands.pictures import draw
 from i2pdsl.commands.run import folder_name
+from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json
 
 
 @click.command()

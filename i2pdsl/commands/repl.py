@@ -7,7 +7,7 @@ from io import TextIOWrapper
 
 import click
 
-from i2pdsl.commands.output import show
+from i2pdsl.output import show
 
 
 @click.command()

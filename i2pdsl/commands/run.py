@@ -9,7 +9,9 @@ import click
 
 from i2pdsl.commands.arguments import Assignment, Formats, Seeds
 from i2pdsl.commands.inputs import load_stories
-from i2pdsl.commands.output import (
+from i2pdsl.commands.pictures import draw
+from i2pdsl.errors import StoryError
+from i2pdsl.output import (
     DONE,
     INTERRUPTED,
     WRONG,
@@ -19,8 +21,6 @@ from i2pdsl.commands.output import (
     output_json,
     show,
 )
-from i2pdsl.commands.pictures import draw
-from i2pdsl.errors import StoryError
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Story

@@ -10,9 +10,9 @@ import click
 
 from i2pdsl.commands.arguments import Assignment, complete_world
 from i2pdsl.commands.inputs import spec_of
-from i2pdsl.commands.output import DONE, INTERRUPTED, check_writable, output, output_json
 from i2pdsl.computing import computing
 from i2pdsl.errors import error, whole_file
+from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json
 
 
 @click.command()
@@ -41,56 +41,27 @@ def train(
 
     Ctrl-C keeps the best so far; the same command goes on from there.
     """
-    from i2pdsl.worlds.hill.spec import HillSpec
+    from i2pdsl.worlds.kinds import kind_of
 
     spec = spec_of(world)
-    if not isinstance(spec, HillSpec):
-        message = f"world {spec.name} is not trained but planned"
-        raise error("no-training", message, whole_file(world), f"`i2p plan {spec.name}`")
-    spec = spec.with_settings(world_settings(spec, settings, spec.training_settings))
-    seed = spec.settings.controller if seed is None else seed
+    kind = kind_of(spec)
+    spec = spec.with_settings(world_settings(spec, settings, kind.training_settings(spec)))
     if out is not None:
         check_writable(Path(out))
     from i2pdsl.progress import Bars
 
     with Bars() as bars, computing(bars.say):
-        from i2pdsl.planning.actor_critic import Recipe
-        from i2pdsl.worlds.hill.training import train_hill
-
-        recipe = Recipe() if iterations is None else Recipe(iterations=iterations)
-        folder = None if out is None else Path(out)
         try:
-            done = train_hill(spec, seed, folder, recipe, not restart, bars.training, bars.say)
+            done = kind.train(spec, seed, iterations, out, restart, bars.watch)
         except KeyboardInterrupt:
             bars.say("interrupted before there was anything to keep")
             return INTERRUPTED
     if not done.finished:
         click.echo("interrupted: the best so far is kept; the same command goes on", err=True)
-    weights = done.controllers.weights
-    document = {
-        "world": spec.name,
-        "seed": seed,
-        "weights": list(weights),
-        "iterations": done.controllers.about["iterations"],
-        "reward": done.look.reward,
-        "falls": done.look.falls,
-        "climbs": list(done.look.climbs),
-        "controllers": None if done.path is None else str(done.path),
-        "finished": done.finished,
-        "seconds": round(done.seconds, 1),
-    }
     if as_json:
-        output_json(document)
+        output_json(done.document)
     else:
-        climbs = ", ".join(
-            f"weight {w:g} {c:.1f}" for w, c in zip(weights, done.look.climbs, strict=True)
-        )
-        output(
-            f"{spec.name} (seed {seed}): the box goes up {climbs} units in 800 frames; "
-            f"{100 * done.look.falls:.1f} % of the rollouts fall; {done.seconds:.0f} s"
-        )
-        if done.path is not None:
-            output(f"  {done.path}")
+        output(done.words)
     return DONE if done.finished else INTERRUPTED
 
 

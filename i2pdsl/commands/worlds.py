@@ -6,7 +6,7 @@ import click
 
 from i2pdsl.commands.arguments import complete_world
 from i2pdsl.commands.inputs import spec_of
-from i2pdsl.commands.output import output, output_json
+from i2pdsl.output import output, output_json
 
 
 @click.command()

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from lark import Lark
 
+from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 
 KINDS = {
@@ -39,9 +40,7 @@ KINDS = {
 }
 """What each terminal of grammar/story.lark is. `name` is looked at more closely, see `kind_of`."""
 
-_BLOCKS = ("map", "tile", "object", "character", "event", "rewards", "planning", "audience")
 WORLD_KINDS = {
-    **{f"{word.upper()}_KW": "keyword" for word in (*_BLOCKS, "drawing")},
     **dict.fromkeys(("LPAR", "RPAR", "LSQB", "RSQB", "LBRACE", "RBRACE"), "bracket"),
     "COMMA": "sign",
     "EQ": "operator",
@@ -53,7 +52,7 @@ WORLD_KINDS = {
     "COMMENT": "comment",
     "SPACE": "space",
 }
-"""What each terminal of grammar/world.lark is."""
+"""What each terminal of a world's grammar is, besides its keywords."""
 
 MORE_KINDS = ("function", "call", "latent", "definition", "constant", "error")
 """The kinds that no terminal has by itself."""
@@ -114,6 +113,10 @@ def kind_of(text: str, start: int, end: int, last: str) -> str:
 
 def colour_world(text: str) -> Iterator[Piece]:
     """The pieces of a .world file, without gaps. In the map `#` is a wall, no comment."""
+    from i2pdsl.worlds.kinds import syntax_of
+
+    syntax = syntax_of(Source("world", text))
+    drawing = {f"{word.upper()}_KW" for word in syntax.drawn}
     drawn = False
     for line in re.finditer(r"[^\n]*\n|[^\n]+", text):
         start, end = line.span()
@@ -122,14 +125,15 @@ def colour_world(text: str) -> Iterator[Piece]:
             continue
         beginning = not text[start].isspace() and text[start] != "#"
         drawn = drawn and not beginning
-        for terminal, begin, stop in _scan(text, *_world(), start, end):
-            kind = WORLD_KINDS.get(terminal, "error")
+        for terminal, begin, stop in _scan(text, *_world(syntax.grammar), start, end):
+            is_keyword = terminal.endswith("_KW")
+            kind = "keyword" if is_keyword else WORLD_KINDS.get(terminal, "error")
             if kind == "keyword" and begin != start:
                 terminal, kind = "NAME", "name"
             if kind == "name" and re.compile(r"\s*=").match(text, stop):
                 kind = "definition"
             yield Piece(kind, begin, stop, terminal)
-            if terminal == "MAP_KW":
+            if terminal in drawing:
                 drawn = True
                 yield from _row(text, stop, end)
                 break
@@ -181,10 +185,10 @@ def _story() -> tuple[re.Pattern[str], tuple[str, ...]]:
 
 
 @cache
-def _world() -> tuple[re.Pattern[str], tuple[str, ...]]:
-    from i2pdsl.worlds.grid.blocks import grammar
+def _world(file: str) -> tuple[re.Pattern[str], tuple[str, ...]]:
+    from i2pdsl.worlds.blocks import grammar
 
-    return _alternatives(grammar(), ("ROW",))
+    return _alternatives(grammar(file), ("ROW",))
 
 
 def _alternatives(grammar: Lark, but: tuple[str, ...]) -> tuple[re.Pattern[str], tuple[str, ...]]:

@@ -13,8 +13,7 @@ from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.check import check_source
 from i2pdsl.language.format import format_source
 from i2pdsl.worlds.find import find_vocabulary
-from i2pdsl.worlds.grid.blocks import format_world
-from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.kinds import format_world, parse_world
 
 LARGE = 10_000  # characters of a text that is not read while an editor waits
 _log = logging.getLogger(__name__)

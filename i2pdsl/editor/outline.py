@@ -13,7 +13,7 @@ from i2pdsl.errors import Source, Span, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import STATEMENT_WORDS, word_named
 from i2pdsl.language.statements import Piece, split_statements
-from i2pdsl.worlds.grid.blocks import KEYWORDS, MAP
+from i2pdsl.worlds.kinds import syntax_of
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,10 @@ def _pieces(pieces: list[Piece]) -> list[Piece]:
 
 def blocks(source: Source) -> Iterator[Heading]:
     """The blocks of a world."""
-    for piece in _pieces(split_statements(source, KEYWORDS, drawn=MAP).pieces):
+    syntax = syntax_of(source)
+    for piece in _pieces(syntax.cut(source).pieces):
         head = Span(source, piece.span.start, piece.span.start + len(piece.keyword))
-        if piece.keyword in KEYWORDS:
+        if piece.keyword in syntax.keywords:
             name = shorten(piece.span.text.split("\n", 1)[0])
             yield Heading(name, piece.keyword, piece.span, head)
         elif not piece.keyword:

@@ -11,10 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.editor.colours import KINDS, LATENT, WORLD_KINDS
+from i2pdsl.editor.colours import KINDS, LATENT
 from i2pdsl.editor.words import spellings
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 from i2pdsl.resources import write_text
+from i2pdsl.worlds.kinds import KINDS as WORLDS
+from i2pdsl.worlds.kinds import kind_named
 
 FOLDER = Path(__file__).parent / "vscode" / "syntaxes"
 SCOPES = {
@@ -104,7 +106,7 @@ def _world_rules() -> _Rules:
     # A row of the map: an indented line with no spaces in it and no `=`.
     yield {"match": r"^\s+([^\s=]+)\s*$", "captures": {"1": "map"}}
     yield from _common()
-    words = [name.removesuffix("_KW").lower() for name, k in WORLD_KINDS.items() if k == "keyword"]
+    words = dict.fromkeys(w for kind in WORLDS for w in kind_named(kind).syntax.keywords)
     yield _rule("keyword", rf"^(?:{'|'.join(words)})\b")
     yield _rule("definition", rf"{_NAME}(?=\s*=)")
     yield _rule("name", _NAME)

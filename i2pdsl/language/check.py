@@ -365,14 +365,10 @@ def _meant(word: str) -> str | None:
     return closest(word, STATEMENT_WORDS)
 
 
-BUILT_IN = ("hill",)  # worlds that are no .world files
-
-
 def known_worlds(folder: Path | None) -> set[str]:
     """The names of the worlds that could have been meant."""
     places = [data_folder("stories") / "worlds", folder or Path()]
-    found = {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
-    return found | set(BUILT_IN)
+    return {p.stem for place in places if place.is_dir() for p in place.glob("*.world")}
 
 
 def _word(node: ast.Name | ast.Text) -> str:

@@ -9,7 +9,7 @@ from math import isfinite
 from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.elaborate import Elaborator, Stop
-from i2pdsl.language.evaluate import evaluate, is_pure
+from i2pdsl.language.evaluate import is_pure, values
 from i2pdsl.language.scope import Env
 from i2pdsl.language.story import Observer, SearchPlan
 from i2pdsl.language.vocabulary import Setting, SettingValue
@@ -54,6 +54,11 @@ SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
 
 def _is_weight(value: float | None) -> bool:
     return value is not None and value >= 0 and isfinite(value)
+
+
+def _plan(method: str, values: dict[str, SettingValue]) -> SearchPlan:
+    kinds = {k: type(getattr(_PLAN, k)) for k in values}
+    return replace(_PLAN, method=method, **{k: kinds[k](v) for k, v in values.items()})
 
 
 class Settings:
@@ -184,7 +189,7 @@ class Settings:
         if is_pure(value) and not value.axes.time:
             rows = self.elaborator.world.hypotheses
             with suppress(ArithmeticError, ValueError):  # 1 / rho
-                weights = [evaluate(value, None, row) for row in rows]
+                weights = values(value, rows)
         if not weights or not all(_is_weight(w) for w in weights) or not any(weights):
             message = "a prior is a number for each hypothesis, at least 0 and not 0 everywhere"
             hint = "for instance `prior = if rho > 0 then 2 else 1`"
@@ -199,13 +204,13 @@ class Settings:
 
     def search(self, statement: ast.Search | None) -> SearchPlan:
         """The plan of `search NAME(...)`, or the world's usual one."""
-        enumerable = self.elaborator.world.enumerable
+        words = self.elaborator.world
+        enumerable, usual = words.enumerable, dict(words.search_settings)
         if statement is None:
-            return SearchPlan() if enumerable else SearchPlan("descend")
+            return _plan(words.search, usual)
         name = statement.name.id
         if name not in SEARCH_SETTINGS:
-            words = tuple(SEARCH_SETTINGS)
-            hint = did_you_mean(name, words) or "searches: " + ", ".join(words)
+            hint = did_you_mean(name, SEARCH_SETTINGS) or "searches: " + ", ".join(SEARCH_SETTINGS)
             self.problem("search", f"there is no search `{name}`", statement.name.span, hint)
         elif name == "descend" and enumerable:
             message = "`descend` needs continuous actions; this world's can be listed"
@@ -223,9 +228,9 @@ class Settings:
                 self.useless(statement, ("optimiser", "rate"), "bound", how)
             elif values.get("optimiser", "adam") != "adam":
                 self.useless(statement, ("rate",), "optimiser", "it finds its own step size")
-            kinds = {k: type(getattr(_PLAN, k)) for k in values}
-            return SearchPlan(name, **{k: kinds[k](v) for k, v in values.items()})
-        return SearchPlan() if enumerable else SearchPlan("descend")
+            own = {s.name: usual[s.name] for s in offered if s.name in usual}
+            return _plan(name, {**own, **values})
+        return _plan(words.search, usual)
 
     def useless(
         self, statement: ast.Search, names: tuple[str, ...], beside: str, hint: str

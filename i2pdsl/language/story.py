@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from i2pdsl.errors import Diagnostic, Source
+from i2pdsl.errors import Diagnostic, Source, StoryError, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
+from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.scope import Module
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 
@@ -79,6 +80,13 @@ class TypedStory:
     search: SearchPlan
     module: Module = field(compare=False)
     warnings: tuple[Diagnostic, ...] = ()
+
+    def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
+        """What is wrong with a world or a search, said at the story's statement."""
+        program, _ = parse_tolerantly(self.source)
+        spans = [statement.span for statement in program.of(kind)]
+        span = spans[0] if spans else whole_file(self.source.name)
+        return StoryError([replace(d, span=span) for d in problem.diagnostics])
 
     @property
     def everyone_rational(self) -> ty.Mask:

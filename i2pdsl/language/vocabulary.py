@@ -99,6 +99,7 @@ class Vocabulary:
         has_rationality, has_plausibility: whether the world has the automatic terms.
         observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
+        search_settings: of its usual search, where they differ from those of every world.
     """
 
     world: str
@@ -121,7 +122,13 @@ class Vocabulary:
     has_rationality: bool = True
     has_plausibility: bool = True
     enumerable: bool = True
+    search_settings: Settings = ()
     documentation: str = ""
+
+    @property
+    def search(self) -> str:
+        """The usual search."""
+        return "beam" if self.enumerable else "descend"
 
     @cached_property
     def words(self) -> frozenset[str]:

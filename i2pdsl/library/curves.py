@@ -69,7 +69,7 @@ def _fortunes(story: TypedStory, script: Script) -> list[Panel]:
     """What viewers expect for a character, as the objective takes it."""
     import numpy as np
 
-    from i2pdsl.audience.replay import evaluate
+    from i2pdsl.objective.replay import evaluate
     from i2pdsl.render.mind import PALETTE, Panel, Series
 
     found: dict[ty.Expectation, str] = {}

@@ -15,18 +15,15 @@ import tempfile
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from i2pdsl.answers import Answer
 from i2pdsl.notebook.source import story_html
-
-if TYPE_CHECKING:
-    from i2pdsl.answers import Answer
-    from i2pdsl.pipeline import Result, Story
-    from i2pdsl.scripts import Script
-
-Bundle = tuple[dict[str, Any], dict[str, Any]]
+from i2pdsl.pipeline import Result, Story
+from i2pdsl.scripts import Script
+from i2pdsl.shown import Bundle, shows
 
 PLAYER_HEIGHT = 760  # pixels: the film with its controls, and the curves' heads below it
 SHARPNESS, ENLARGED = 200, 130  # of a curve: dots to an inch, and CSS pixels to an inch
@@ -152,3 +149,9 @@ def _small(png: bytes) -> bytes:
 
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode("ascii")
+
+
+shows(Story, show_story)
+shows(Script, show_script)
+shows(Result, show_result)
+shows(Answer, show_answer)

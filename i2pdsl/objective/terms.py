@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from i2pdsl.audience.replay import evaluate
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.replay import evaluate
 from i2pdsl.worlds.world import World
 
 

@@ -4,7 +4,7 @@ The page is a single file that fetches nothing: drawings, curves, style and play
 under a Content-Security-Policy that names the script's hash, so that no other script could run even
 if a story's text were to smuggle one in. Its parts lie in `render/page`: `page.html` (a
 string.Template), `page.css`, `player.js`, and for each kind of film a script that defines
-`makeStage(film)`, whose `draw(time)` moves the drawing.
+`makeStage(film)`, whose `draw(time)` moves the drawing; that lies with the kind's own drawing.
 """
 
 import base64
@@ -43,7 +43,7 @@ class Film:
         seconds: that a frame lasts at speed 1.
         captions: T + 1 texts.
         happenings: the frames whose captions are listed.
-        script: the name of the script in `render/page` that defines `makeStage`.
+        script: the script, below `render`, that defines `makeStage`.
         data: what that script reads, besides what all players do.
         classes: of the stage's section.
     """
@@ -78,7 +78,7 @@ def film_page(
     for panel in panels:
         if panel.last != film.last:
             raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {film.last}")
-    script = _part(film.script) + _part("player.js")
+    script = _part(film.script) + _part("page/player.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     shared = {
         "last": film.last,
@@ -87,13 +87,13 @@ def film_page(
         "panels": [_panel_data(panel) for panel in panels],
         "captions": list(film.captions),
     }
-    return Template(_part("page.html")).substitute(
+    return Template(_part("page/page.html")).substitute(
         language=plain(language),
         policy=f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; "
         "img-src data:; base-uri 'none'; form-action 'none'",
         title=plain(title),
         about=plain(about),
-        style=_part("page.css"),
+        style=_part("page/page.css"),
         classes=film.classes,
         aspect=f"{film.aspect:.3f}",
         stage=film.stage,
@@ -108,7 +108,7 @@ def film_page(
 
 
 def _part(name: str) -> str:
-    return (files("i2pdsl.render") / "page" / name).read_text(encoding="utf-8")
+    return (files("i2pdsl.render") / name).read_text(encoding="utf-8")
 
 
 # ----------------------------------------------------------------------------------- the curves

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from xml.sax.saxutils import escape
 
 from i2pdsl.render.fonts import FAMILY
+from i2pdsl.render.ink import INK
 from i2pdsl.render.raster import text_width
-from i2pdsl.render.sprites import INK
 
 FONTS = f"font-family=\"'{FAMILY}', Verdana, sans-serif\""
 TAG = "#ffe9b0"

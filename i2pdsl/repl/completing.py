@@ -13,6 +13,8 @@ from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.repl.helping import every_word
 from i2pdsl.repl.state import State
 from i2pdsl.repl.words import COMMAND_WORDS, COMMANDS
+from i2pdsl.worlds.find import find_spec
+from i2pdsl.worlds.kinds import kind_of
 
 _WORD = re.compile(r"[^\W\d]?\w*$")
 _PATHS = {"load": (".story", ".json"), "save": ()}
@@ -67,14 +69,14 @@ def _argument(
         for place, suggestion in enumerate(state.suggestions, 1):
             if str(place).startswith(typed.strip()):
                 yield Completion(str(place), start, offset, "number", suggestion.told, "")
-    elif command == "play" and state.typed.vocabulary.enumerable:
+    elif command == "play":
         yield from _move(typed, begins, offset, state)
     elif command in ("plot", "table", "suggest"):
         number = re.match(r"\s*\d+\s", typed) if command == "suggest" else None
         shift = begins + (number.end() if number else 0)
         part = text[shift:offset]
         # The expressions are separate; the last one is being written.
-        from i2pdsl.repl.texts import split_outside
+        from i2pdsl.language.statements import split_outside
 
         last = split_outside(part, ",")[-1]
         shift += len(part) - len(last)
@@ -90,16 +92,8 @@ def _move(typed: str, begins: int, offset: int, state: State) -> Iterator[Comple
     written = match[0] if match else ""
     start = offset - len(written)
     before = part[: len(part) - len(written)].replace("[", " ").replace(":", " ").split()
-    options: list[tuple[str, str]] = []
-    if not before:
-        options = [(c, "character") for c in words.characters]
-        options += [(e, "event") for e in words.events]
-    elif len(before) == 1 and before[0] in words.characters:
-        options = [(a, "action") for a in words.actions]
-        if before[0] in words.can_fail:
-            options += [(f"{a}!", "action") for a in words.actions if a != "stay"]
-    elif len(before) == 1 and before[0] in words.events:
-        options = [(f"{thing} at (", "object") for thing in words.events[before[0]]]
+    spec = state.program.known or find_spec(state.typed.world, state.program.folder)
+    options = kind_of(spec).options(words, before) if spec is not None else []
     for text, kind in options:
         if text.startswith(written):
             yield Completion(text, start, offset, kind, kind, "")

@@ -10,8 +10,8 @@ import numpy as np
 
 from i2pdsl.answers import Answer
 from i2pdsl.errors import error, whole_file
+from i2pdsl.render.characters import NOTHING, Curve, curves_of
 from i2pdsl.render.fonts import families, quiet_glyphs
-from i2pdsl.repl.curves import NOTHING, Curve, curves_of
 from i2pdsl.repl.mistakes import INPUT
 from i2pdsl.resources import atomic_path
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from i2pdsl.errors import Diagnostic, Note, Source, Span, StoryError, closest, error
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest, error, moved
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.repl.words import COMMAND_WORDS, command_named
 
@@ -42,10 +42,10 @@ def placed(
         inside = span.source.text == piece
         return (span.start + offset, span.end + offset) if inside else None
 
-    return moved(diagnostics, line, move)
+    return put_into(diagnostics, line, move)
 
 
-def moved(
+def put_into(
     diagnostics: Iterable[Diagnostic],
     line: str,
     move: Callable[[Span], tuple[int, int] | None],
@@ -60,10 +60,7 @@ def moved(
         start, end = (max(0, min(len(line), x)) for x in place)
         return Span(source, start, end)
 
-    return tuple(
-        replace(d, span=put(d.span), notes=tuple(Note(n.message, put(n.span)) for n in d.notes))
-        for d in diagnostics
-    )
+    return moved(diagnostics, put)
 
 
 def misspelt_command(problem: StoryError, text: str, known: set[str]) -> StoryError:

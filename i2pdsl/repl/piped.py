@@ -8,7 +8,7 @@ from typing import TextIO
 
 import click
 
-from i2pdsl.commands.output import output, show
+from i2pdsl.output import output, show
 from i2pdsl.repl.faults import taken
 from i2pdsl.repl.session import Session
 from i2pdsl.repl.showing import Reply, in_a_line

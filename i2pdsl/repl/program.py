@@ -11,7 +11,7 @@ from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.vocabulary import Settings, Vocabulary
-from i2pdsl.repl.mistakes import moved
+from i2pdsl.repl.mistakes import put_into
 from i2pdsl.worlds.find import Spec, find_vocabulary, vocabulary_of
 
 NO_OBJECTIVE = "maximize 0"  # of a story that does not say it yet
@@ -140,7 +140,7 @@ class Program:
                 return None
             return span.start - offset, span.end - offset
 
-        return moved(problem.diagnostics, part.text, move)
+        return put_into(problem.diagnostics, part.text, move)
 
 
 def _belong_together(one: Part, other: Part) -> bool:

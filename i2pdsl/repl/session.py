@@ -11,16 +11,16 @@ from i2pdsl.answers import Answer
 from i2pdsl.errors import Diagnostic, Source, StoryError, did_you_mean, whole_file
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.check import TypedStory, check_source
-from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.language.statements import check_text, read_source, split_outside
+from i2pdsl.render.characters import Ink
 from i2pdsl.render.fonts import noting
-from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.faults import fault
 from i2pdsl.repl.helping import every_word, explain
 from i2pdsl.repl.mistakes import INPUT, misspelt_command, placed, usage, wrong
 from i2pdsl.repl.program import Part, Program, read_program
 from i2pdsl.repl.showing import Asked, Plotted, Reply, Shown, Tabled, Text
 from i2pdsl.repl.state import SCORED, State, same_story
-from i2pdsl.repl.texts import PICTURES, split_file, split_outside, without_comment
+from i2pdsl.repl.texts import PICTURES, split_file, without_comment
 from i2pdsl.repl.words import COMMAND_WORDS
 from i2pdsl.worlds.find import find_vocabulary
 
@@ -74,7 +74,7 @@ class Session:
         except StoryError as problem:
             reply = Reply(diagnostics=problem.diagnostics)
         except (OSError, MemoryError) as problem:
-            from i2pdsl.commands.output import in_words
+            from i2pdsl.output import in_words
 
             failed = Diagnostic("failed", in_words(problem), whole_file(INPUT))
             reply = Reply(diagnostics=(failed,))
@@ -189,7 +189,7 @@ class Session:
 
     def open(self, path: str) -> Reply:
         """Opens a story, whose script is made when it is first asked about, or a script."""
-        from i2pdsl.commands.inputs import is_script
+        from i2pdsl.worlds.record import is_script
 
         source = read_source(path)
         if not path.endswith(".story") and is_script(source):

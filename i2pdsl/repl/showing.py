@@ -9,8 +9,8 @@ import numpy as np
 
 from i2pdsl.answers import Answer, number
 from i2pdsl.errors import Diagnostic, display_width, padded
-from i2pdsl.repl.curves import NOTHING, Ink, curves_of, draw_curves, extent
-from i2pdsl.repl.texts import laid_out, wrapped
+from i2pdsl.render.characters import NOTHING, Ink, curves_of, draw_curves, extent, laid_out
+from i2pdsl.repl.texts import wrapped
 
 MOST_VALUES = 40  # of a curve that are listed below it
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from i2pdsl.language.check import TypedStory
 from i2pdsl.repl.program import Program
-from i2pdsl.search.record import Trajectory
+from i2pdsl.worlds.record import Trajectory
 
 SCORED = (  # what a script's objective depends on
     *("world", "settings", "length", "objective", "rationality", "plausibility"),

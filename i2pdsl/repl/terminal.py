@@ -25,11 +25,11 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.shortcuts import CompleteStyle
 from prompt_toolkit.styles import Style, merge_styles, style_from_pygments_cls
 
-from i2pdsl.commands.output import output
 from i2pdsl.errors import harmless
 from i2pdsl.interrupts import HungUp
+from i2pdsl.output import output
+from i2pdsl.render.characters import Ink
 from i2pdsl.repl.completing import complete_line
-from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.faults import taken
 from i2pdsl.repl.piped import entries
 from i2pdsl.repl.session import Session, told

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from textwrap import wrap
-
-from i2pdsl.errors import display_width
 
 _OPEN, _CLOSE = "([{", ")]}"
 _UNFINISHED = re.compile(r"(?:[-+*/^=<>,:|@]|\b(?:and|or|not|then|else|if|in))$")
@@ -15,17 +12,6 @@ _LONGEST = 8  # characters of a line's end, more than any of these and what is b
 _FILE = re.compile(r'\s*("[^"]+"|\S*\.[^\W\d]\w*)\s*$')
 _GAP = re.compile(r"\S.*?  +(?=\S)")  # between a word and what is said about it
 PICTURES = (".png", ".svg", ".pdf")
-
-
-def split_outside(text: str, mark: str) -> list[str]:
-    """The parts of a text between marks that stand in no bracket."""
-    parts, depth, start = [], 0, 0
-    for i, c in enumerate(text):
-        depth += (c in _OPEN) - (c in _CLOSE)
-        if c == mark and depth == 0:
-            parts.append(text[start:i])
-            start = i + 1
-    return [*parts, text[start:]]
 
 
 def without_comment(line: str) -> str:
@@ -54,23 +40,6 @@ def wrapped(text: str, columns: int) -> str:
             break_long_words=False,
         ) or [""]
     return "\n".join(lines)
-
-
-def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
-    """Pieces side by side, as many as a line holds.
-
-    Args:
-        parts: each as it counts, and as it is written: with colours.
-    """
-    lines, width = [""], 0
-    for plain, written in parts:
-        if width and indent + width + gap + display_width(plain) > columns:
-            lines.append("")
-            width = 0
-        between = " " * gap if width else ""
-        lines[-1] += between + written
-        width += len(between) + display_width(plain)
-    return [" " * indent + line for line in lines]
 
 
 @dataclass(frozen=True)

@@ -9,32 +9,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from i2pdsl.audience.replay import replay
-from i2pdsl.computing import computing
-from i2pdsl.errors import Source, StoryError, error, whole_file
+from i2pdsl.errors import Source, Span, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
-from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.objective.replay import replay
+from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story
 from i2pdsl.progress import Bars
-from i2pdsl.repl.looking import frame_in_words, frame_picture
-from i2pdsl.repl.mistakes import INPUT, placed, wrong
+from i2pdsl.render.pictures import drawing_for, pictures_of
+from i2pdsl.repl.mistakes import INPUT, placed, put_into, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import State, Suggestion
-from i2pdsl.repl.turns import MOST_FRAMES, frame_count, played, rolled_out
-from i2pdsl.scripts import Script, extended, script_from, script_of
-from i2pdsl.search.grid_script import turn_in_words
-from i2pdsl.search.record import Trajectory, read_record
-from i2pdsl.worlds.grid.world import GridWorld
-from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.scripts import Script, script_from, script_of
+from i2pdsl.search.searches import search_of
+from i2pdsl.search.task import Task, draw_starts
+from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.record import Trajectory, empty, read_record
 from i2pdsl.worlds.world import World
 
 if TYPE_CHECKING:
     from i2pdsl.repl.session import Session
 
-MOST_SUGGESTED = 20  # frames that `suggest` looks ahead in a grid
 SHOWN = 3  # suggestions
-_HILL_FRAMES = 100  # that `suggest` adds on the hill without a number
 _PICTURES = (".png", ".svg", ".gif", ".mp4", ".html")
 
 
@@ -80,7 +77,7 @@ class Workshop:
         new = _story(state).spec
         if not len(state.path.actions):
             return replace(state, path=None), ()
-        if type(old) is type(new) and _same_rules(old, new):
+        if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
         return replace(state, path=None, score=None, is_owed=False), (gone,)
@@ -156,13 +153,18 @@ class Workshop:
     def played(self, session: Session, typed: str) -> tuple[State, Moved]:
         """One more frame by hand, or some of the hopper's own."""
         script = self.script(session)
-        if isinstance(script.world, HillWorld):
-            frames = frame_count(typed)
-            path = rolled_out(script.world, script.trajectory, frames)
-            told = f"[{frames} frames of the hopper's own motion]"
-        else:
-            module = session.state.typed.module
-            path, told = played(script.world, module, script.trajectory, typed)
+        module, line = session.state.typed.module, f"play {typed}"
+
+        def move(span: Span) -> tuple[int, int] | None:
+            inside = span.source.name == "play"
+            return (span.start + len("play "), span.end + len("play ")) if inside else None
+
+        try:
+            path, told = kind_of(script.world.spec).played(
+                script.world, module, script.trajectory, typed
+            )
+        except StoryError as problem:
+            raise StoryError(put_into(problem.diagnostics, line, move)) from None
         return self._longer(session, script, path, told)
 
     def accepted(self, session: Session, chosen: Suggestion) -> tuple[State, Moved]:
@@ -191,8 +193,11 @@ class Workshop:
         """A frame as characters can show it, and what viewers believe after it."""
         script = self.script(session)
         frame = _frame(typed, script.length, "show") if typed else script.length
-        title = f"frame {frame} of {script.length}: {frame_in_words(script, frame)}"
-        return Looked(title, frame_picture(script, frame, session.ink), beliefs_at(script, frame))
+        spec, path = script.world.spec, script.trajectory
+        told = kind_of(spec).frame_in_words(script.world, path, frame) if frame else "the start"
+        drawn = drawing_for(spec).in_characters(script.world, path.states[frame], session.ink)
+        title = f"frame {frame} of {script.length}: {told}"
+        return Looked(title, drawn, beliefs_at(script, frame))
 
     def suggested(
         self, session: Session, typed: str
@@ -201,17 +206,12 @@ class Workshop:
         script = self.script(session)
         match = re.match(r"(\d{1,6})(?=\s|$)", typed)
         expression = typed[match.end() :].strip() if match else typed.strip()
-        is_hill = isinstance(script.world, HillWorld)
-        usual = _HILL_FRAMES if is_hill else 1
+        usual, most = kind_of(script.world.spec).suggested
         frames = int(match[1]) if match else usual
-        most = MOST_FRAMES if is_hill else MOST_SUGGESTED
         if not 1 <= frames <= most:
             raise wrong("suggest", typed, f"expected 1 to {most:,} frames", "`suggest 2`")
         story = self._wanted(session.state, expression, script.length + frames, typed)
-        if is_hill:
-            found = self._suggested_on_hill(story, script, frames)
-        else:
-            found = self._suggested_on_grid(story, script, frames)
+        found = self._suggested(story, script, frames)
         if not found:
             raise error("search", "nothing that follows has a finite value", whole_file(INPUT))
         numbers = [f"{s.score:.6g}" for s in found]
@@ -250,49 +250,19 @@ class Workshop:
             offset = len(line) - len(part.text)
             raise StoryError(placed(mistakes, part.text, line, offset)) from None
 
-    def _suggested_on_grid(
-        self, story: Story, script: Script, frames: int
-    ) -> tuple[Suggestion, ...]:
-        world = script.world
-        assert isinstance(world, GridWorld)
-        objective = story_objective(story.typed, world)
-        with Bars("searching") as bars, computing(bars.say):
-            from i2pdsl.search.onward import continuations
-
-            found = continuations(
-                world,
-                objective,
-                story.typed.length,
-                script.trajectory,
-                frames,
-                story.events(world),
-                bars.say,
-            )
-        suggestions = []
-        for each in found[:SHOWN]:
-            told = " ".join(turn_in_words(world, int(action)) for action in each.actions)
-            path = extended(world, script.trajectory, [int(a) for a in each.actions])
-            suggestions.append(Suggestion(told, path, each.score))
-        return tuple(suggestions)
-
-    def _suggested_on_hill(
-        self, story: Story, script: Script, frames: int
-    ) -> tuple[Suggestion, ...]:
-        world, path, typed = script.world, script.trajectory, story.typed
-        assert isinstance(world, HillWorld)
-        objective = story_objective(typed, world)
-        with Bars("searching") as bars, computing(bars.say):
-            from i2pdsl.search.onward import descents
-
-            found = descents(
-                world, objective, typed.length, typed.search, path, frames, bars.watch.searching
-            )
+    def _suggested(self, story: Story, script: Script, frames: int) -> tuple[Suggestion, ...]:
+        world, path = script.world, script.trajectory
+        with Bars("searching") as bars:
+            task = Task(story.typed, world, bars.watch)
+            found = search_of(story.typed).onward(task, path, frames)
         suggestions = []
         for longer, score in found[:SHOWN]:
-            seen = replay(world, longer.states, longer.actions)
-            then = replace(script, trajectory=longer, frames=seen)
-            beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
-            told = f"[{frames} frames, then {beliefs}]"
+            told = kind_of(world.spec).continuation_in_words(world, longer, script.length + 1)
+            if not told:
+                seen = replay(world, longer.states, longer.actions)
+                then = replace(script, trajectory=longer, frames=seen)
+                beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
+                told = f"[{frames} frames, then {beliefs}]"
             suggestions.append(Suggestion(told, longer, score))
         return tuple(suggestions)
 
@@ -307,24 +277,10 @@ def story_of(typed: TypedStory, program: Program) -> Story:
     return Story(typed, program.folder, known)
 
 
-def _same_rules(old: object, new: object) -> bool:
-    """Whether what can happen is the same: only what viewers expect may differ."""
-    from i2pdsl.worlds.grid.spec import GridSpec
-
-    if isinstance(old, GridSpec) and isinstance(new, GridSpec):
-        plain = replace(old, settings=new.settings)
-        return plain == new
-    return old == new
-
-
 def first_picture(world: World, story: Story) -> Trajectory:
     """A script of no frames: the first picture that the story allows, drawn with seed 0."""
-    allowed = story.allowed_starts(world)
-    if isinstance(world, HillWorld):
-        return Trajectory(np.zeros((0, 6)), np.asarray(allowed[:1]))
-    with computing():
-        from i2pdsl.search.beam import draw_starts
-    return Trajectory(np.zeros(0, dtype=np.int64), draw_starts(allowed, 1, 0).astype(np.int64))
+    allowed = Task(story.typed, world, Watch()).starts
+    return empty(world, draw_starts(allowed, 1, 0)[0])
 
 
 def _script(state: State, world: World, path: Trajectory) -> Script:
@@ -368,8 +324,6 @@ def _written(value: object) -> str:
 
 def _drawn(script: Script, path: Path) -> list[str]:
     """Pictures of a script: the one kind that was asked for, beside the name that was given."""
-    from i2pdsl.render.pictures import pictures_of
-
     drawing = pictures_of([script])
     with Bars() as bars:
         kinds = (path.suffix[1:].lower(),)

@@ -23,9 +23,7 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.programs import Program, Say, compiled_program
 from i2pdsl.search.rollout import Node, children, root, scores
-from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid.planning import memory_limit
-from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.sizes import memory_limit, padded_size
 from i2pdsl.worlds.world import World, single_precision
 
 Array = Any
@@ -57,16 +55,8 @@ class Found:
     compile_seconds: float
 
 
-def draw_starts(allowed: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """`count` different initial states, uniformly from the allowed ones; all if there are fewer."""
-    generator = np.random.default_rng(seed)
-    if count >= len(allowed):
-        return generator.permutation(allowed)
-    return generator.choice(allowed, size=count, replace=False)
-
-
 def beam_search(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     length: int,
     starts: np.ndarray,
@@ -80,7 +70,7 @@ def beam_search(
     Args:
         starts: [N] initial states.
         width: scripts kept for each start.
-        events: the allowed events, as numbers of `world.moves.events`.
+        events: the allowed events, as numbers of `world.events`.
         report: called with (starts done, all starts).
         say: is told of damaged caches.
 
@@ -127,7 +117,7 @@ class Beam:
 
 
 def prepare_beam(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     length: int,
     count: int,
@@ -149,13 +139,13 @@ def prepare_beam(
     return Beam(program, tables, params, block, time.perf_counter() - began)
 
 
-def branching(world: GridWorld, events: tuple[int, ...]) -> int:
+def branching(world: World, events: tuple[int, ...]) -> int:
     """How many children a script has, those that are not possible included."""
-    return world.moves.turn_count + len(events) * world.moves.slots
+    return world.turn_count + len(events) * world.event_slots
 
 
 def start_bytes(
-    world: GridWorld, objective: Objective, length: int, width: int, events: tuple[int, ...]
+    world: World, objective: Objective, length: int, width: int, events: tuple[int, ...]
 ) -> int:
     """Working memory for one start."""
     belief = world.tables.log_prior.size
@@ -166,14 +156,14 @@ def start_bytes(
 
 
 def block_size(
-    world: GridWorld, objective: Objective, length: int, width: int, events: tuple[int, ...]
+    world: World, objective: Objective, length: int, width: int, events: tuple[int, ...]
 ) -> int:
     """How many starts fit into BLOCK_BYTES."""
     return max(1, BLOCK_BYTES // start_bytes(world, objective, length, width, events))
 
 
 def check_size(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     length: int,
     starts: int,
@@ -225,7 +215,7 @@ def prepared(world: World, objective: Objective, say: Say | None = None) -> Para
 
 
 def _search_block(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     length: int,
     width: int,
@@ -274,7 +264,7 @@ def traced(steps: Steps, place: Array) -> Array:
 
 
 def chooser(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     width: int,
     events: tuple[int, ...],

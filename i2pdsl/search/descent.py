@@ -30,10 +30,9 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.programs import Program, compiled_program
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
-from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import Node, follow, resume, root
-from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
-from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.record import Trajectory, empty
+from i2pdsl.worlds.world import World
 
 Array = Any
 
@@ -70,7 +69,7 @@ class Descended:
 
 
 def descend(
-    world: HillWorld,
+    world: World,
     objective: Objective,
     length: int,
     plan: SearchPlan,
@@ -97,11 +96,10 @@ def descend(
     done = 0 if so_far is None else len(so_far.actions)
     end = length if frames is None else min(length, done + frames)
     windows = max(0, math.ceil((end - done - window) / stride)) + 1
-    noise = np.random.default_rng(seed).normal(size=(plan.seeds, length + window, MUSCLE_COUNT))
-    changes = (plan.noise * noise).astype(np.float32)
+    changes = world.guesses(length + window, plan.seeds, plan.noise, seed).astype(np.float32)
     nodes, guess = ready.nodes, changes[:, :window]
     fixed = (ready.tables, ready.params, ready.knobs)
-    start = so_far or Trajectory(np.zeros((0, MUSCLE_COUNT)), world.starts(None))
+    start = so_far or empty(world, world.starts()[0])
     actions = [np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)]
     states = [np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
@@ -154,7 +152,7 @@ class Descent:
 
 
 def prepare_descent(
-    world: HillWorld,
+    world: World,
     objective: Objective,
     length: int,
     plan: SearchPlan,
@@ -170,7 +168,7 @@ def prepare_descent(
     stride = max(1, round(window * (1 - plan.overlap)))
     shape = _Window(window, stride, lookahead)
     seen = window + lookahead
-    if plan.seeds * seen * len(world.tables.sigma) > MOST_FRAMES:
+    if plan.seeds * seen * len(world.log_prior(world.tables)) > MOST_FRAMES:
         message = f"{plan.seeds} seeds of {seen} frames are too many to improve at once"
         hint = "take fewer seeds, or a shorter window or lookahead"
         raise error("search", message, whole_file("search"), hint)
@@ -190,14 +188,14 @@ def prepare_descent(
         return jax.vmap(one)(nodes, guess)
 
     key = ("descent", objective.shape, length, shape, plan.steps, plan.optimiser, bound)
-    guess = np.zeros((plan.seeds, window, MUSCLE_COUNT), np.float32)
+    guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
     arguments = (tables, params, knobs, nodes, guess)
     program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say)
     return Descent(program, tables, params, knobs, nodes, shape, time.perf_counter() - began)
 
 
 def _coast(
-    world: HillWorld, length: int, actions: np.ndarray, states: np.ndarray, ahead: np.ndarray
+    world: World, length: int, actions: np.ndarray, states: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """The rest of a script: what is improved already `ahead`, then the controller alone."""
     missing = length - actions.shape[1] - ahead.shape[1]
@@ -210,7 +208,7 @@ def _coast(
 
 
 def _roots(
-    world: HillWorld,
+    world: World,
     objective: Objective,
     length: int,
     tables: Any,
@@ -220,7 +218,7 @@ def _roots(
 ) -> Node:
     """Where all seeds begin: the empty script, or the one that is there already."""
     if so_far is None:
-        start = world.starts(None)[0].astype(np.float32)
+        start = world.starts()[0].astype(np.float32)
         node = jax.jit(lambda state: root(world, objective, tables, params, state))(start)
     else:
         node = resume(world, objective, length, tables, params, so_far)
@@ -228,7 +226,7 @@ def _roots(
 
 
 def _improve(
-    world: HillWorld,
+    world: World,
     objective: Objective,
     length: int,
     window: _Window,
@@ -267,7 +265,7 @@ def _improve(
     shapes = jax.eval_shape(lambda: follow(world, objective, tables, params, node, changes[0]))
     nothing = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes[1])
 
-    alone = jnp.zeros((window.lookahead, MUSCLE_COUNT), changes.dtype)
+    alone = jnp.zeros((window.lookahead, *world.action_shape), changes.dtype)
 
     def loss(changes: Array) -> Array:
         both = jnp.concatenate([changes, alone])

@@ -17,10 +17,9 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.programs import compiled_program
 from i2pdsl.search.beam import chooser, grown, prepared, traced
 from i2pdsl.search.descent import descend
-from i2pdsl.search.record import Trajectory
 from i2pdsl.search.rollout import prefix_scores, retraced
-from i2pdsl.worlds.grid.world import GridWorld
-from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import World
 
 Array = Any
 
@@ -36,7 +35,7 @@ class Continuation:
 
 
 def continuations(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     length: int,
     path: Trajectory,
@@ -48,7 +47,7 @@ def continuations(
 
     Args:
         objective: of a script of `length` frames, which is at least len(path.actions) + frames.
-        events: the allowed events, as numbers of `world.moves.events`.
+        events: the allowed events, as numbers of `world.events`.
         say: is told of damaged caches.
     """
     tables, params = world.search_tables, prepared(world, objective, say)
@@ -70,7 +69,7 @@ def continuations(
 
 
 def descents(
-    world: HillWorld,
+    world: World,
     objective: Objective,
     length: int,
     plan: SearchPlan,
@@ -95,7 +94,7 @@ def descents(
 
 
 def _search(
-    world: GridWorld,
+    world: World,
     objective: Objective,
     frames: int,
     events: tuple[int, ...],

@@ -12,8 +12,7 @@ import numpy as np
 from i2pdsl.audience.filter import update
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
-from i2pdsl.search.record import Trajectory
-from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -37,12 +36,10 @@ def root(world: World, objective: Objective, tables: Any, params: Any, state: Ar
     return Node(jnp.zeros((), jnp.int32), state, belief, carry, zero)
 
 
-def children(
-    world: GridWorld, tables: Any, node: Node, events: tuple[int, ...]
-) -> tuple[Frame, Array]:
+def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> tuple[Frame, Array]:
     """The frames that can follow a node, [K, ...], and which of them are real.
 
-    K = all joint turns, then every cell for each allowed event (a number of `world.moves.events`).
+    K = all joint turns, then every cell for each allowed event (a number of `world.events`).
     """
     turns = world.turns(tables, node.state)
     observers = node.belief.shape
@@ -68,14 +65,14 @@ def children(
     if not events:
         return frame, turns.valid
     fallen, possible = world.drops(tables, node.state)
-    slots = world.moves.slots
+    slots = world.event_slots
     number = jnp.concatenate([jnp.arange(e * slots, (e + 1) * slots) for e in events])
     still = jnp.broadcast_to(node.belief, (len(number), *observers))
     rows_ = jnp.zeros((len(number), len(rows), *observers), node.belief.dtype)
     dropped = Frame(
         jnp.full((len(number),), node.number + 1),
         jnp.full((len(number),), node.state),
-        (world.moves.turn_count + number).astype(jnp.int32),
+        (world.turn_count + number).astype(jnp.int32),
         fallen[number],
         still,
         still,

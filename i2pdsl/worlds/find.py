@@ -6,18 +6,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from i2pdsl.errors import Diagnostic
+from i2pdsl.language.statements import read_source
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
-from i2pdsl.worlds.grid.parse import load_world
-from i2pdsl.worlds.grid.reach import goal_warnings
-from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.hill.spec import NAME as HILL
-from i2pdsl.worlds.hill.spec import HillSpec
-from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
-
-Spec = GridSpec | HillSpec
+from i2pdsl.worlds.kind import Spec
+from i2pdsl.worlds.kinds import kind_of, parse_world
 
 
 def world_path(name: str, folder: Path | None) -> Path | None:
@@ -32,8 +26,7 @@ def world_path(name: str, folder: Path | None) -> Path | None:
 
 def builtin_worlds() -> list[str]:
     """The names of the worlds that come with i2pdsl."""
-    files = (data_folder("stories") / "worlds").glob("*.world")
-    return sorted([HILL, *(p.stem for p in files)])
+    return sorted(p.stem for p in (data_folder("stories") / "worlds").glob("*.world"))
 
 
 def find_spec(name: str, folder: Path | None = None) -> Spec | None:
@@ -43,18 +36,18 @@ def find_spec(name: str, folder: Path | None = None) -> Spec | None:
     """
     path = world_path(name, folder)
     if path is None:
-        return HillSpec() if name == HILL else None
+        return None
     return _load(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=32)
-def _load(path: Path, _modified: int) -> GridSpec:
-    return load_world(path)
+def _load(path: Path, _modified: int) -> Spec:
+    return parse_world(read_source(path), path.stem)
 
 
 def vocabulary_of(spec: Spec) -> Vocabulary:
     """The words of a world, with its settings."""
-    return hill_vocabulary(spec) if isinstance(spec, HillSpec) else grid_vocabulary(spec)
+    return kind_of(spec).vocabulary(spec)
 
 
 def find_vocabulary(
@@ -75,9 +68,7 @@ def world_warnings(
 ) -> tuple[Diagnostic, ...]:
     """What is odd about a world, with a story's settings, without being a mistake."""
     path, spec = world_path(name, folder), find_spec(name, folder)
-    if path is None or not isinstance(spec, GridSpec):
+    if path is None or spec is None:
         return ()
-    if story is None:
-        return goal_warnings(spec, str(path))
-    told = spec.with_settings(dict(story.settings))
-    return goal_warnings(told, str(path), story.start, story.length)
+    told = spec if story is None else spec.with_settings(dict(story.settings))
+    return kind_of(spec).warnings(told, str(path), story)

@@ -54,14 +54,18 @@ class World(Protocol):
 
     @property
     def spec(self) -> Any:
-        """The world as data: a GridSpec or a HillSpec."""
+        """The world as data (worlds/kind.py)."""
+
+    @property
+    def action_shape(self) -> tuple[int, ...]:
+        """The axes of an action: () where actions are numbers."""
 
     @property
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
-    def starts(self, condition: Any) -> Array:
-        """The initial states that fulfil a `start` condition."""
+    def starts(self) -> np.ndarray:
+        """All initial states; objective/starts.py leaves those that fulfil a `start`."""
 
     @property
     def vocabulary(self) -> Vocabulary: ...
@@ -94,6 +98,24 @@ class World(Protocol):
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""
+
+    @property
+    def turn_count(self) -> int:
+        """K, how many joint turns there are. Actions from K on are events."""
+
+    @property
+    def event_slots(self) -> int:
+        """How many actions each event is: one for each place where it can happen."""
+
+    def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
+        """The numbers of the events that a story allows, each of (event, thing)."""
+
+    def drops(self, tables: Tables, state: Array) -> tuple[Array, Array]:
+        """The states after each event in each place, and whether it can happen: [..., events x
+        slots]."""
+
+    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> Array:
+        """What a descent begins with, [seeds, length, *action_shape]."""
 
     def no_action(self, state: Array) -> Array:
         """An action of the right shape for frame 0, which has none."""
@@ -147,8 +169,16 @@ class ContinuousWorld:
     """What worlds lack whose states and actions cannot be listed. The checker refuses stories
     that would need it."""
 
+    turn_count = event_slots = 0
+
     def all_states(self, tables: Tables) -> NoReturn:
         raise NotImplementedError("states cannot be listed")
+
+    def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
+        return ()
+
+    def drops(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("nothing happens but what characters do")
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> NoReturn:
         raise NotImplementedError("actions have no names")

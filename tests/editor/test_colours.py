@@ -27,8 +27,9 @@ from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, RESERVED, STATEMENT_WORDS
 from i2pdsl.language.parse import grammar, statement_tree
 from i2pdsl.language.statements import split_statements
-from i2pdsl.worlds.grid.blocks import KEYWORDS, MAP, block_tree
-from i2pdsl.worlds.grid.blocks import grammar as world_grammar
+from i2pdsl.worlds.blocks import grammar as world_grammar
+from i2pdsl.worlds.kinds import KINDS as WORLD_KIND_NAMES
+from i2pdsl.worlds.kinds import kind_named, syntax_of
 
 ROOT = Path(__file__).parents[2]
 EVERY_STATEMENT = ROOT / "tests" / "language" / "every_statement.story"
@@ -41,6 +42,7 @@ WORDS = sorted(
     {*RESERVED, *FUNCTIONS, "rho", "G_x", "at", "table", "deus", "arc", "pi", "sum_{", "weight"}
 )
 SIGNS = [*"()[]{},:;|@!.+-*/^<=># \n\t\r\"'§ρ0129e", "\n    ", "..", "++", "||", "# x\n"]
+KEYWORDS = kind_named("grid").syntax.keywords
 TEXTS = st.lists(st.sampled_from([*WORDS, *SIGNS, *KEYWORDS]), max_size=60).map("".join) | st.text(
     max_size=80
 )
@@ -48,7 +50,9 @@ TEXTS = st.lists(st.sampled_from([*WORDS, *SIGNS, *KEYWORDS]), max_size=60).map(
 
 def test_every_terminal_has_a_kind() -> None:
     assert set(KINDS) == {t.name for t in grammar().terminals}
-    assert set(WORLD_KINDS) == {t.name for t in world_grammar().terminals}
+    for kind in WORLD_KIND_NAMES:
+        names = {t.name for t in world_grammar(kind_named(kind).syntax.grammar).terminals}
+        assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_KINDS)
     kinds = {*KINDS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
     assert set(TOKENS) == kinds
     assert set(textmate.SCOPES) == kinds - {"space"}
@@ -92,12 +96,14 @@ def test_colours_lose_nothing(text: str) -> None:
 def real_tokens(path: Path) -> Iterator[tuple[str, int, int]]:
     """The tokens of Lark's own contextual lexer, statement by statement."""
     source = Source(str(path), path.read_text(encoding="utf-8"))
-    drawn = MAP if path.suffix == ".world" else frozenset()
-    words = KEYWORDS if drawn else STATEMENT_WORDS
-    cut = split_statements(source, words, drawn)
+    if path.suffix == ".world":
+        syntax = syntax_of(source)
+        cut, tree_of = syntax.cut(source), syntax.tree
+    else:
+        cut, tree_of = split_statements(source, STATEMENT_WORDS), statement_tree
     assert not cut.problems
     for piece in cut.pieces:
-        tree = (block_tree if drawn else statement_tree)(piece)
+        tree = tree_of(piece)
         for token in tree.scan_values(lambda _: True):
             if token is not None:
                 yield token.type, token.start_pos, token.end_pos
@@ -125,7 +131,7 @@ def test_worlds_are_cut_as_the_parser_cuts_them(path: Path) -> None:
     expected = list(real_tokens(path))
     assert sorted(pieces) == sorted((start, end) for _, start, end in expected)
     for terminal, start, end in expected:
-        kind, found = WORLD_KINDS[terminal], pieces[start, end].kind
+        kind, found = WORLD_KINDS.get(terminal, "keyword"), pieces[start, end].kind
         assert found == kind or (kind == "name" and found == "definition"), text[start:end]
 
 

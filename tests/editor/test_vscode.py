@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from i2pdsl.worlds.grid.blocks import KEYWORDS
+from i2pdsl.worlds.kinds import kind_named
 
 FOLDER = Path(__file__).parents[2] / "i2pdsl" / "editor" / "vscode"
 
@@ -41,7 +41,7 @@ def test_a_new_line_behind_a_block_is_indented() -> None:
     rules = [
         re.compile(r["beforeText"]) for r in read("language-configuration.json")["onEnterRules"]
     ]
-    for line in ("let x =", "pattern a(b) = ", *KEYWORDS):
+    for line in ("let x =", "pattern a(b) = ", *kind_named("grid").syntax.keywords):
         assert any(rule.search(line) for rule in rules), line
     for line in ("let x = 3", "length 3", "    symbol = P"):
         assert not any(rule.search(line) for rule in rules), line

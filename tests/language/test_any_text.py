@@ -23,8 +23,8 @@ from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import decode, room_for_nesting
 from i2pdsl.worlds.find import find_vocabulary
-from i2pdsl.worlds.grid.blocks import format_world
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.kinds import format_world
 
 ROOT = Path(__file__).parents[2]
 KITCHEN = find_vocabulary("kitchen")

@@ -9,8 +9,8 @@ import pytest
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.format import format_source
 from i2pdsl.language.parse import parse
-from i2pdsl.worlds.grid.blocks import format_world
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.kinds import format_world
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted((ROOT / "stories").rglob("*.story"))

@@ -16,11 +16,11 @@ from random import Random
 import pytest
 
 import reference as R
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.parse import parse_file
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.worlds.find import find_vocabulary
 from worlds_for_tests import STORIES, small_kitchen

@@ -17,10 +17,10 @@ from commands_for_tests import Run
 from i2pdsl import programs
 from i2pdsl.computing import computing
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import load, story_from
-from i2pdsl.programs import compiled_program
-from i2pdsl.search.prepare import prepare
-from i2pdsl.worlds.ready import Watch
+from i2pdsl.pipeline import Story, load, story_from
+from i2pdsl.programs import Program, compiled_program
+from i2pdsl.search.searches import Beam, search_of
+from i2pdsl.worlds.kind import Watch
 
 PATTERNS = """\
 pattern lean(event, weight = 1) = sum_t weight * P(event | script[:t])
@@ -50,6 +50,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         )
     monkeypatch.setattr(programs, "_memory", {})
     return place
+
+
+def prepared(story: Story, watch: Watch | None = None) -> Program | None:
+    return search_of(story.typed).prepare(story.task(watch))
 
 
 def count_traces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -100,11 +104,11 @@ def test_each_shape_is_traced_once(
 def test_preparing_runs_nothing_and_changes_nothing(folder: Path) -> None:
     story = load(folder / "s00.story")
     seen: list[tuple[int, int]] = []
-    first = prepare(story, Watch(searching=lambda *done: seen.append(done)))
+    first = prepared(story, Watch(searching=lambda *done: seen.append(done)))
     assert first is not None
     assert (first.is_new, seen) == (True, [])
     before = story.solve()
-    again = prepare(story)
+    again = prepared(story)
     assert again is not None
     assert (again.shape, again.is_new) == (first.shape, False)
     assert len(programs._memory) == 1
@@ -115,15 +119,13 @@ def test_preparing_runs_nothing_and_changes_nothing(folder: Path) -> None:
 
 def test_a_naive_story_has_no_program(tmp_path: Path) -> None:
     text = "world fork\nlength 3\nsearch naive\n"
-    assert prepare(story_from(Source("n.story", text), tmp_path)) is None
+    assert prepared(story_from(Source("n.story", text), tmp_path)) is None
 
 
 def test_an_interrupted_compile_leaves_nothing(
     folder: Path, tmp_path: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from i2pdsl.search import prepare as module
-
-    real, calls = module.prepare, []
+    real, calls = Beam.prepare, []
 
     def interrupted(*arguments: object) -> object:
         calls.append(1)
@@ -131,7 +133,7 @@ def test_an_interrupted_compile_leaves_nothing(
             raise KeyboardInterrupt
         return real(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(module, "prepare", interrupted)
+    monkeypatch.setattr(Beam, "prepare", interrupted)
     target = tmp_path / "moves.i2plib"
     done = i2p("compile", folder, "-o", target)
     assert done.status == 130

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from i2pdsl.render.choreography import MARKS, POSES, Key, bend, choreograph, sample
-from i2pdsl.render.stage import Actor, Stage, break_down, describe
+from i2pdsl.render.grid.choreography import MARKS, POSES, Key, bend, choreograph, sample
+from i2pdsl.render.grid.stage import Actor, Stage, break_down, describe
 
 ROWS = ("...#...", ".......", "...#...")
 CHEESE, ROBOT = Actor("cheese", "cheese"), Actor("robot", "robot")

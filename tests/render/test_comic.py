@@ -6,12 +6,12 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from i2pdsl.render import comic
-from i2pdsl.render.choreography import Key
-from i2pdsl.render.comic import comic_svg, key_frames
+from i2pdsl.render.grid import comic
+from i2pdsl.render.grid.choreography import Key
+from i2pdsl.render.grid.comic import comic_svg, key_frames
+from i2pdsl.render.grid.scene import actor_svg, scene_size
+from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.raster import svg_rgba
-from i2pdsl.render.scene import actor_svg, scene_size
-from i2pdsl.render.stage import Actor, Stage, Tile
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 from i2pdsl.render import video
-from i2pdsl.render.choreography import Film, choreograph
-from i2pdsl.render.film import default_cell, film_frames, frame_times, save_gif, save_mp4
+from i2pdsl.render.grid.choreography import Film, choreograph
+from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, save_gif, save_mp4
+from i2pdsl.render.grid.scene import scene_size, scene_svg
+from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.raster import svg_rgba
-from i2pdsl.render.scene import scene_size, scene_svg
-from i2pdsl.render.stage import Actor, Stage, Tile
 
 CAST = (Actor("cheese", "cheese"), Actor("robot", "robot"), Actor("table", "table", "", "object"))
 STAGE = Stage("kitchen", ("...#.", "....."), (Tile("pink", (0, 1), "#f08fb0"),), CAST)

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from i2pdsl.render.choreography import choreograph, sample
+from i2pdsl.render.grid.choreography import choreograph, sample
+from i2pdsl.render.grid.page import CELL, FOOT, frame_captions, page_html, save_page
+from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
-from i2pdsl.render.page import CELL, FOOT, frame_captions, page_html, save_page
-from i2pdsl.render.stage import Actor, Stage, Tile
 
 KITCHEN = """\
 ...#...#...

@@ -15,8 +15,9 @@ from PIL import Image
 
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import Script, script_from
-from i2pdsl.render.pictures import UNSURE, Pictures, stage_of
-from i2pdsl.search.record import parse_record
+from i2pdsl.render.files import UNSURE
+from i2pdsl.render.grid.pictures import GridPictures, stage_of
+from i2pdsl.worlds.record import parse_record
 from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")
@@ -69,7 +70,7 @@ def loner() -> Script:
 
 def test_the_panels_are_the_audience_s_beliefs() -> None:
     script = small_script()
-    panels = {p.title: p for p in Pictures(script).panels}
+    panels = {p.title: p for p in GridPictures(script).panels}
     assert list(panels) == [
         "cheese's goal", "robot's goal", "robot's alignment", "rationality", "expected value",
     ]  # fmt: skip
@@ -87,7 +88,7 @@ def test_the_panels_are_the_audience_s_beliefs() -> None:
 
 
 def test_one_character_alone_has_pictures_too(tmp_path: Path) -> None:
-    pictures = Pictures(loner())
+    pictures = GridPictures(loner())
     assert [p.title for p in pictures.panels] == ["fox's goal", "rationality", "expected value"]
     assert pictures.meters()[0][0] == "left"
     assert pictures.captions([3])[0].startswith("fox wants right")
@@ -114,14 +115,14 @@ def test_any_assumption_can_be_drawn(
     content["story"] = {"source": f"world small\nlength 6\nassume {assumption}\nsearch naive\n"}
     script = loaded(content)
     assert script.warnings == ()
-    pictures = Pictures(script)
+    pictures = GridPictures(script)
     values = [p for p in pictures.panels if p.kind == "value"]
     assert [s.label for p in values for s in p.series] == characters
     pictures.save(tmp_path, ("svg",))
 
 
 def test_captions_say_what_is_believed_most() -> None:
-    pictures = Pictures(small_script())
+    pictures = GridPictures(small_script())
     script = pictures.script
     lines = pictures.captions(list(range(script.length + 1)))
     kinds = {"hindering": "<", "indifferent": "=", "helping": ">"}
@@ -141,7 +142,7 @@ def test_captions_say_what_is_believed_most() -> None:
 
 
 def test_events_are_marked() -> None:
-    pictures = Pictures(with_event())
+    pictures = GridPictures(with_event())
     times = [t for t, f in enumerate(with_event().record.frames, 1) if f["event"]]
     assert [(m.frame, m.label) for m in pictures.marks] == [(t, "the table falls") for t in times]
 
@@ -155,7 +156,7 @@ def test_the_stage_has_the_whole_cast() -> None:
 
 @pytest.mark.parametrize("make", [with_event, loner, lambda: small_script(3, 1, 0.0)])
 def test_every_format_is_written_whole(make: Any, tmp_path: Path) -> None:
-    pictures = Pictures(make())
+    pictures = GridPictures(make())
     steps: list[tuple[str, int, int]] = []
     kinds = ("mp4", "gif", "png", "svg", "html")
     found = pictures.save(
@@ -181,8 +182,8 @@ def test_every_format_is_written_whole(make: Any, tmp_path: Path) -> None:
 
 def test_the_same_script_gives_the_same_bytes(tmp_path: Path) -> None:
     kinds = ("png", "svg", "html")
-    first = Pictures(small_script()).save(tmp_path / "1", kinds)
-    second = Pictures(small_script()).save(tmp_path / "2", kinds)
+    first = GridPictures(small_script()).save(tmp_path / "1", kinds)
+    second = GridPictures(small_script()).save(tmp_path / "2", kinds)
     for name, path in first.items():
         assert path.read_bytes() == second[name].read_bytes(), name
 
@@ -192,7 +193,7 @@ def test_the_same_script_gives_the_same_bytes(tmp_path: Path) -> None:
 )
 def test_any_title(title: str, tmp_path: Path) -> None:
     kinds = ("svg", "html", "png") if "\x00" in title else ("svg", "html")
-    found = Pictures(small_script(2, 2), title).save(tmp_path, kinds)
+    found = GridPictures(small_script(2, 2), title).save(tmp_path, kinds)
     for kind in ("comic.svg", "mind.svg"):
         ET.parse(found[kind])
     page = found["html"].read_text(encoding="utf-8")
@@ -200,12 +201,12 @@ def test_any_title(title: str, tmp_path: Path) -> None:
 
 
 def test_nothing_is_drawn_where_nothing_is_asked(tmp_path: Path) -> None:
-    assert Pictures(small_script()).save(tmp_path / "none", ()) == {}
+    assert GridPictures(small_script()).save(tmp_path / "none", ()) == {}
 
 
 def test_pictures_come_one_by_one(tmp_path: Path) -> None:
     """What is done is there, whatever becomes of the rest."""
-    drawing = Pictures(small_script()).drawn(tmp_path, ("svg", "gif"))
+    drawing = GridPictures(small_script()).drawn(tmp_path, ("svg", "gif"))
     name, path = next(drawing)
     assert name == "comic.svg"
     assert path.is_file()
@@ -221,7 +222,7 @@ def test_an_interrupted_film_leaves_nothing(tmp_path: Path) -> None:
 
     for kind in ("gif", "mp4"):
         with pytest.raises(KeyboardInterrupt):
-            Pictures(small_script()).save(tmp_path, (kind,), stop)
+            GridPictures(small_script()).save(tmp_path, (kind,), stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -248,11 +249,11 @@ def walk(world: str, start: dict[str, Any], frames: list[dict[str, Any]]) -> Scr
 def test_a_cast_without_colours_is_told_apart() -> None:
     stay, places = {"action": "stay", "moved": False}, {"ann": [1, 0], "bob": [2, 0]}
     frame = {"ann": stay, "bob": stay, "event": None, "state": places}
-    pictures = Pictures(walk(TWINS, places, [frame]))
+    pictures = GridPictures(walk(TWINS, places, [frame]))
     ann, bob = pictures.stage.cast
     assert ann.color != bob.color
     assert [label for label, _, _ in pictures.meters()] == ["ann's goal: left", "ann's goal: right"]
-    kitchen = Pictures(small_script())
+    kitchen = GridPictures(small_script())
     spec = kitchen.script.world.spec
     assert [a.color for a in kitchen.stage.cast] == [
         one.color for one in (*spec.characters, *spec.things)
@@ -266,7 +267,7 @@ def test_very_many_goals_are_taken_together(tmp_path: Path) -> None:
     acts = {"fox": {"action": "east", "moved": True}, "event": None}
     frames = [{**acts, "state": {"fox": [c, 0]}} for c in (31, 32, 33)]
     script = walk(world, {"fox": [30, 0]}, frames)
-    pictures = Pictures(script)
+    pictures = GridPictures(script)
     series = pictures.panels[0].series
     assert len(series) == 24
     assert series[-1].label == "17 others"

@@ -5,11 +5,12 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from i2pdsl.render.choreography import POSES, choreograph
+from i2pdsl.render.grid.choreography import POSES, choreograph
+from i2pdsl.render.grid.scene import MARGIN, scene_svg, stage_background, svg_document
+from i2pdsl.render.grid.sprites import actor_symbols, sprite_names, symbol_id
+from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.ink import mix
 from i2pdsl.render.raster import atomic_path, composite, save_png, save_svg, svg_rgba
-from i2pdsl.render.scene import MARGIN, scene_svg, stage_background, svg_document
-from i2pdsl.render.sprites import actor_symbols, mix, sprite_names, symbol_id
-from i2pdsl.render.stage import Actor, Stage, Tile
 
 SVG = "{http://www.w3.org/2000/svg}"
 CAST = (Actor("cheese", "cheese"), Actor("robot", "robot"), Actor("table", "table", "", "object"))

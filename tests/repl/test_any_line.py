@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from i2pdsl.errors import Diagnostic
+from i2pdsl.render.characters import Ink
 from i2pdsl.repl.completing import complete_line
-from i2pdsl.repl.curves import Ink
 from i2pdsl.repl.piped import entries
 from i2pdsl.repl.session import Session
 from i2pdsl.repl.showing import in_a_line, on_a_terminal

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from i2pdsl.repl.curves import COLOURS, LETTERS, Canvas, Curve, Ink, draw_curves
+from i2pdsl.render.characters import COLOURS, LETTERS, Canvas, Curve, Ink, draw_curves
 
 PLAIN = Ink(colour=False, unicode=False, columns=60)
 FINE = Ink(colour=True, unicode=True, columns=60)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import i2pdsl
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source, display_width
 from i2pdsl.language.builtins import FORMS, STATEMENTS
 from i2pdsl.language.check import TypedStory, check_source
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Result, story_from
-from i2pdsl.repl.curves import NOTHING, Ink, curves_of
+from i2pdsl.render.characters import NOTHING, Ink, curves_of
 from i2pdsl.repl.session import NO_FRAMES, Session
 from i2pdsl.repl.showing import (
     Asked,

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from i2pdsl.errors import Source
-from i2pdsl.search.candidates import APART, distance, select_different
+from i2pdsl.search.candidates import select_different
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.script import APART, distance
 from worlds_for_tests import kitchen_text
 
 ROOM = ("P......", ".......", "......G")

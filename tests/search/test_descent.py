@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from i2pdsl import StoryError, programs
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.programs import Program
@@ -21,7 +21,7 @@ from i2pdsl.search import descent
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
-from i2pdsl.worlds.ready import Watch
+from i2pdsl.worlds.kind import Watch
 
 SHORT = "search descend(seeds = 3, window = 20, steps = 6)"
 TERMS = (

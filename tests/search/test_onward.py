@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from i2pdsl.audience.replay import replay
 from i2pdsl.errors import Source
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Story, story_from
 from i2pdsl.search.onward import continuations, descents
-from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.record import Trajectory
 
 
 def story(text: str, length: int) -> Story:
@@ -69,7 +69,7 @@ def test_two_frames_on_a_map_are_the_best_of_all_pairs() -> None:
     made = story(text, 4)
     world = made.world()
     assert isinstance(world, GridWorld)
-    start = int(made.allowed_starts(world)[0])
+    start = int(made.task().starts[0])
     step = lambda state, action: int(
         world.transition(world.tables, np.asarray(state), np.asarray(action))
     )

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.pipeline import script_from
-from i2pdsl.search.record import parse_record, read_record
-from i2pdsl.search.script import make_record, read_path
+from i2pdsl.scripts import make_record
+from i2pdsl.worlds.grid.kind import KIND
+from i2pdsl.worlds.record import parse_record, read_record
 from worlds_for_tests import SMALL_MAP, STORIES, kitchen_text, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")  # P.. / #.G / ...
@@ -55,7 +56,7 @@ def document() -> dict[str, Any]:
 
 def read(content: Any) -> Any:
     record = parse_record(Source("script.json", json.dumps(content)))
-    return read_path(small_kitchen().world, record)
+    return KIND.read(small_kitchen().world, record)
 
 
 def mistake(content: Any) -> str:
@@ -98,7 +99,7 @@ def test_round_trip(seed: int, tmp_path: Path) -> None:
     record = make_record(pair.world, path, about, {}, 1.25)
     again = read_record(record.save(tmp_path / "deep" / "script.json"))
     assert again == record
-    back = read_path(pair.world, again)
+    back = KIND.read(pair.world, again)
     assert back.start == path.start
     np.testing.assert_array_equal(back.actions, path.actions)
     np.testing.assert_array_equal(back.states, path.states)
@@ -286,7 +287,7 @@ def test_what_informs_is_never_checked(extra: dict[str, Any]) -> None:
     content = {**document(), **extra}
     record = parse_record(Source("script.json", json.dumps(content)))
     assert record.score is None
-    assert len(read_path(small_kitchen().world, record).actions) == 7
+    assert len(KIND.read(small_kitchen().world, record).actions) == 7
     json.loads(json.dumps(record.as_json(), allow_nan=False))
 
 
@@ -328,7 +329,7 @@ def test_junk_anywhere_is_a_story_error_or_fine(path: tuple[Any, ...], junk: Any
     message = ""
     try:
         record = parse_record(Source("script.json", json.dumps(content)))
-        read_path(small_kitchen().world, record)
+        KIND.read(small_kitchen().world, record)
     except StoryError as problem:
         message = problem.diagnostics[0].render()
     assert not message or message.startswith("script.json:1:1: error[script]: ")
@@ -360,7 +361,7 @@ def test_any_characters_changed() -> None:
             text = text[:at] + random.choice([*pieces, text[end : end + 30]]) + text[end:]
         try:
             record = parse_record(Source("script.json", text))
-            read_path(small_kitchen().world, record)
+            KIND.read(small_kitchen().world, record)
         except StoryError as problem:
             assert problem.diagnostics[0].span.source.name == "script.json"  # noqa: PT017
 

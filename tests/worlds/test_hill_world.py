@@ -13,13 +13,12 @@ import pytest
 import hill_reference as reference
 from hill_for_tests import as_reference, from_reference
 from i2pdsl import StoryError
-from i2pdsl.audience.replay import replay
-from i2pdsl.search.naive import hill_rollout
+from i2pdsl.objective.replay import replay
 from i2pdsl.worlds.hill import controllers as files
 from i2pdsl.worlds.hill import hopper
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.training import looker
-from i2pdsl.worlds.hill.world import HillWorld, build_hill
+from i2pdsl.worlds.hill.world import HillWorld, build_hill, hill_rollout
 from i2pdsl.worlds.world import Viewer
 
 WEIGHTS = (0.1, 0.5)

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import load_world, parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS
-from i2pdsl.worlds.hypotheses import grid_hypotheses
 
 ROOT = Path(__file__).parents[2]
 KITCHEN = (ROOT / "stories" / "worlds" / "kitchen.world").read_text(encoding="utf-8")

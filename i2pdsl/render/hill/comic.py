@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from i2pdsl.render.comic import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.hill.figures import CRATES
 from i2pdsl.render.hill.performance import Performance, key_frames, units
 from i2pdsl.render.hill.scene import View, scene_svg, view_of
+from i2pdsl.render.ink import INK
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.mind import WINDOW, Window
+from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.raster import text_width
-from i2pdsl.render.sprites import INK
 
 PANEL = 360.0  # pixels wide
 GHOSTS, GHOST_SECONDS = 3, 0.6  # earlier poses behind each pose, and how far apart in time

@@ -23,7 +23,7 @@ from i2pdsl.render.hill.rig import (
     smooth,
     unit,
 )
-from i2pdsl.render.sprites import INK, mix
+from i2pdsl.render.ink import INK, mix
 from i2pdsl.worlds.hill.hopper import BOX_OUTLINE, HAND, HOOK, MUSCLES
 
 # Of the box. They tell performances apart and say nothing of the weight.

@@ -41,7 +41,7 @@ def page_html(
         seconds=lasting.frame_seconds,
         captions=captions,
         happenings=_happenings(captions, lasting),
-        script="hill.js",
+        script="hill/hill.js",
         data=_data(performances),
         classes="theatre wide" if several else "theatre",
     )

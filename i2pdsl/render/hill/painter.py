@@ -21,10 +21,10 @@ from i2pdsl.render.hill.scenery import (
     range_svg,
     sky_svg,
 )
+from i2pdsl.render.ink import INK
 from i2pdsl.render.lettering import TAG, fitted, text_svg
 from i2pdsl.render.mind import WINDOW
 from i2pdsl.render.raster import composite, svg_rgba, text_width
-from i2pdsl.render.sprites import INK
 from i2pdsl.worlds.hill.hopper import HEAD_LEFT, HEAD_RIGHT, HIPS
 
 FIGURE_REACH, HEAD_REACH = 2.0, 7.0  # world units that drawings reach beyond their nodes

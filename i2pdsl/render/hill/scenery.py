@@ -10,8 +10,8 @@ from itertools import pairwise
 from math import ceil, cos, degrees, floor, sin
 
 from i2pdsl.render.hill.rig import SCALE
+from i2pdsl.render.ink import mix
 from i2pdsl.render.lettering import FONTS
-from i2pdsl.render.sprites import mix
 
 SKY, SUN = "#fdf3df", "#fbe0a6"
 FAR, NEAR = "#efdfc4", "#e3cfae"  # the two ranges of hills

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from i2pdsl.scripts import Script
 from i2pdsl.worlds.hill.hopper import NODE_COUNT
 from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT
-from i2pdsl.worlds.hill.world import HillWorld
 
 # From the heaviest to the lightest; dashes and labels tell them apart too.
 _COLORS = ("#c65102", "#0068b0", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
@@ -26,8 +26,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     """What a script of the hill looks like, with the curves that belong to it."""
     # The story's own names must not get into the questions that are asked here.
     script = replace(script, module=Module(Source("pictures", "")))
-    world = script.world
-    assert isinstance(world, HillWorld)
+    world: Any = script.world  # a HillWorld
     states = script.trajectory.states
     positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
     beliefs = _beliefs(script)

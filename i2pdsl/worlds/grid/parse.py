@@ -12,7 +12,8 @@ from typing import Any
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of, shorten
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
-from i2pdsl.worlds.grid.blocks import Block, BlockReader, is_mark
+from i2pdsl.worlds.blocks import Block
+from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
     NO_GOAL,
@@ -57,7 +58,7 @@ def _header(source: Source) -> str:
     return "\n".join(lines)
 
 
-class _Reader(BlockReader):
+class _Reader(MapReader):
     """Turns the blocks of a file into a GridSpec."""
 
     unknown_symbols = False  # whether the map has symbols of no tile

@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
@@ -72,6 +72,7 @@ class Settings:
 class GridSpec:
     """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting."""
 
+    kind: ClassVar[str] = "grid"
     name: str
     rows: tuple[str, ...]
     tiles: tuple[Tile, ...]

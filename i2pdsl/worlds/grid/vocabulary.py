@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import fields
 
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, grid_hypotheses, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 PREDICATES = (
     Predicate("at", ("thing", "place"), "it stands on the tile or cell"),

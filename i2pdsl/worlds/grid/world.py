@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -148,33 +148,25 @@ class GridWorld:
             )
         return zero + code, zero == 0
 
-    # The start.
+    action_shape = ()
 
-    def starts(self, condition: ty.Typed | None) -> np.ndarray:
-        """The states that fulfil the `start` condition, in order."""
-        states = np.arange(self.dynamics.state_count)
-        if condition is None:
-            return states
-        return states[np.broadcast_to(self._holds(condition, states), states.shape)]
+    @property
+    def turn_count(self) -> int:
+        return self.moves.turn_count
 
-    def _holds(self, node: Any, states: np.ndarray) -> np.ndarray:
-        match node:
-            case ty.Feature():
-                arguments = self.feature_arguments(node.predicate, node.arguments)
-                return np.asarray(self.feature(self.tables, node.predicate, arguments, states))
-            case ty.Constant(value=value):
-                return np.asarray(value)
-            case ty.Apply(operation=operation, arguments=arguments):
-                parts = [self._holds(a, states) for a in arguments]
-                if operation == "not":
-                    return ~parts[0]
-                if operation == "choose":
-                    return np.where(*parts)
-                result = parts[0]
-                for part in parts[1:]:
-                    result = result & part if operation == "and" else result | part
-                return result
-        raise TypeError(f"{type(node).__name__} is no condition of a start")
+    @property
+    def event_slots(self) -> int:
+        return self.moves.slots
+
+    def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
+        entities = self.spec.entities
+        return tuple(self.moves.events.index(entities.index(thing)) for _, thing in allowed)
+
+    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> NoReturn:
+        raise NotImplementedError("actions are listed, not descended to")
+
+    def starts(self) -> np.ndarray:
+        return np.arange(self.dynamics.state_count)
 
 
 def build_world(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 NAME = "hill"
 DOCUMENTATION = """A hopper of masses and springs pulls a box up a slope.
@@ -38,6 +38,7 @@ _PHYSICS = ("slope", "gravity", "friction", "box_friction", "node_mass", "foot_m
 class HillSpec:
     """A hill with its settings."""
 
+    kind: ClassVar[str] = NAME
     settings: HillSettings = field(default_factory=HillSettings)
     name: str = NAME
     documentation: str = DOCUMENTATION

@@ -17,6 +17,7 @@ from i2pdsl.worlds.hill.controllers import Controllers, find_controllers, for_we
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, masses
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
+from i2pdsl.worlds.record import Trajectory, empty, extended
 from i2pdsl.worlds.world import ContinuousWorld, Viewer, on_device
 
 Array = Any
@@ -48,6 +49,13 @@ class HillWorld(ContinuousWorld):
         return ()
 
     # The protocol (worlds/world.py).
+
+    action_shape = (MUSCLE_COUNT,)
+
+    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> np.ndarray:
+        """Changes of the controller's actuation, normal of the standard deviation `noise`."""
+        shape = (seeds, length, *self.action_shape)
+        return noise * np.random.default_rng(seed).normal(size=shape)
 
     @cached_property
     def search_tables(self) -> model.Tables:
@@ -95,7 +103,7 @@ class HillWorld(ContinuousWorld):
         """The checker's numbers of characters and things as names of groups of nodes."""
         return tuple((HOPPER, BOX)[a] for a in arguments)
 
-    def starts(self, condition: ty.Typed | None) -> np.ndarray:
+    def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
 
@@ -156,3 +164,13 @@ def _for_viewers(
         bias = np.stack([np.stack([h[number][1] for h in viewer[:count]]) for viewer in folded])
         layers.append((matrix, bias))
     return tuple(layers)
+
+
+def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Trajectory:
+    """A rollout of the hopper's own controller, its actuation changed by chance.
+
+    Args:
+        noise: standard deviation of the changes.
+    """
+    (changes,) = world.guesses(length, 1, noise, seed)
+    return extended(world, empty(world, world.starts()[0]), changes)

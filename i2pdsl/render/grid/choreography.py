@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from math import pi, sin
 from typing import Any, NamedTuple
 
-from i2pdsl.render.stage import DIRECTIONS, Beat, Cell, Stage, break_down
+from i2pdsl.render.grid.stage import DIRECTIONS, Beat, Cell, Stage, break_down
 
 # Every pose that a track can hold; a sprite shows its idle face for those it does not know.
 FACES = ("idle", "surprised", "sad", "happy")

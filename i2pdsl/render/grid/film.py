@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from i2pdsl.render.choreography import Film, Key, sample
-from i2pdsl.render.raster import composite, svg_rgba
-from i2pdsl.render.scene import (
+from i2pdsl.render.grid.choreography import Film, Key, sample
+from i2pdsl.render.grid.scene import (
     MARGIN,
     cast_svg,
     life,
@@ -21,7 +20,8 @@ from i2pdsl.render.scene import (
     stage_symbols,
     svg_document,
 )
-from i2pdsl.render.stage import Stage
+from i2pdsl.render.grid.stage import Stage
+from i2pdsl.render.raster import composite, svg_rgba
 from i2pdsl.render.strip import Meter, Strip
 from i2pdsl.render.video import (
     PALETTE_SAMPLES,

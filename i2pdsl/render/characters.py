@@ -1,16 +1,17 @@
-"""Curves drawn with characters: braille dots in colour, or letters where there is neither."""
+"""Drawing with characters: curves of braille dots, or of letters."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from i2pdsl.answers import Answer
+from i2pdsl.errors import display_width
 
 COLOURS = (34, 31, 32, 35, 36, 33)  # of ANSI terminals, in the order of the curves
 LETTERS = "*o+x#%"
@@ -182,3 +183,20 @@ def _legend(curves: Sequence[Curve], ink: Ink) -> list[str]:
         sign = "━━" if ink.colour and ink.unicode else LETTERS[number % len(LETTERS)]
         shown.append(f"  {ink.paint(sign, COLOURS[number % len(COLOURS)])} {curve.name}")
     return shown
+
+
+def laid_out(parts: Iterable[tuple[str, str]], gap: int, indent: int, columns: int) -> list[str]:
+    """Pieces side by side, as many as a line holds.
+
+    Args:
+        parts: each as it counts, and as it is written: with colours.
+    """
+    lines, width = [""], 0
+    for plain, written in parts:
+        if width and indent + width + gap + display_width(plain) > columns:
+            lines.append("")
+            width = 0
+        between = " " * gap if width else ""
+        lines[-1] += between + written
+        width += len(between) + display_width(plain)
+    return [" " * indent + line for line in lines]

@@ -5,29 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from i2pdsl.language import typed as ty
-from i2pdsl.search.record import Trajectory
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.world import GridWorld
-from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
-from i2pdsl.worlds.hill.world import HillWorld
 
 _TIE = 1e-9
-
-
-def depicted_event(objective: tuple[tuple[int, ty.Typed], ...]) -> ty.Mask | None:
-    """The one event whose probability a story of the depict kind asks for, else None."""
-    masks = set()
-    for sign, expression in objective:
-        for node in ty.walk(expression):
-            if isinstance(node, ty.Probability):
-                masks.add((sign, node.event))
-            elif not isinstance(node, ty.Reduction | ty.Given | ty.Moment | ty.Feature):
-                return None
-    if len(masks) != 1:
-        return None
-    sign, event = masks.pop()
-    return event if sign > 0 else tuple(not e for e in event)
 
 
 def naive_rollout(
@@ -62,17 +43,3 @@ def naive_rollout(
             state = after if success else state
         actions.append(code)
     return start, np.array(actions), hypothesis
-
-
-def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Trajectory:
-    """A rollout of the hopper's own controller, its actuation changed by chance.
-
-    Args:
-        noise: standard deviation of the changes.
-    """
-    generator = np.random.default_rng(seed)
-    actions = noise * generator.normal(size=(length, MUSCLE_COUNT))
-    states = [world.starts(None)[0]]
-    for action in actions:
-        states.append(world.transition(world.tables, states[-1], action))
-    return Trajectory(actions, np.array(states))

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from i2pdsl.render import film_page
-from i2pdsl.render.choreography import Film, Key, Track
 from i2pdsl.render.film_page import plain
-from i2pdsl.render.mind import Mark, Panel
-from i2pdsl.render.scene import (
+from i2pdsl.render.grid.choreography import Film, Key, Track
+from i2pdsl.render.grid.scene import (
     FOOT,
     actor_svg,
     life,
@@ -19,8 +18,9 @@ from i2pdsl.render.scene import (
     stage_symbols,
     view_box,
 )
-from i2pdsl.render.sprites import symbol_id
-from i2pdsl.render.stage import Stage, describe
+from i2pdsl.render.grid.sprites import symbol_id
+from i2pdsl.render.grid.stage import Stage, describe
+from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.resources import write_text
 
 CELL = 100.0  # units of the stage's viewBox to a cell
@@ -52,7 +52,7 @@ def page_html(
     heading = title.strip() or stage.name
     shown = film_page.Film(
         _stage(stage, film, heading), width / height, last, SECONDS, told, range(last + 1),
-        "kitchen.js", _film_data(stage, film),
+        "grid/kitchen.js", _film_data(stage, film),
     )  # fmt: skip
     return film_page.film_page(
         shown, panels, heading, _about(stage, script), source, events, language=language

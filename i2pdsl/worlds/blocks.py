@@ -1,9 +1,10 @@
-"""The syntax of a .world file: its map, and its blocks of NAME = VALUE lines, with their places."""
+"""The syntax of .world files: blocks of NAME = VALUE lines, with their places. Which blocks there
+are, each kind of world says."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -24,27 +25,78 @@ from i2pdsl.errors import (
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.naming import NAME, same_name, with_marks
-from i2pdsl.language.statements import Piece, check_text, split_statements
+from i2pdsl.language.statements import Cut, Piece, check_text, split_statements
 from i2pdsl.language.tables import Tables, UnexpectedError
 from i2pdsl.resources import data_folder
-from i2pdsl.worlds.grid.spec import FLOOR, WALL
-from i2pdsl.worlds.grid.words import KEYS, NAMED, hint_elsewhere
 
-KEYWORDS = ("map", *KEYS)
-MAP = frozenset(("map",))  # its lines are drawn, not written
 _WORD = re.compile(NAME)
 _SECOND_WORD = re.compile(rf"\S+\s+({NAME})")
-_SYMBOL = re.compile(r'\bsymbol[ \t]*=[ \t]*"?(\S)')
-# What stands behind `symbol =` without the quotes that it needs.
-_BARE_SIGN = re.compile(
-    r'^([^#"\n]*\bsymbol[ \t]*=[ \t]*)([^\w\s"]|[^\w\s"({[]\S*)(?=[ \t]*(?:#.*)?$)', re.MULTILINE
-)
-_COMMENT = re.compile(r"\s(#+\s*[^\W\d_]{3}.*)$")  # behind a row, where `#` may be a wall too
+KIND = "kind"  # what a file's first statement may say: `kind = plane`
+_KIND = re.compile(rf"^{KIND}\b[ \t]*(?:=[ \t]*({NAME})?)?", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Syntax:
+    """The blocks that the files of a kind of world have.
+
+    Attributes:
+        grammar: the file, in grammar/, of Lark's rules `statement` and `entries`.
+        keys: those of each block.
+        named: the blocks that have a name, and may occur several times.
+        drawn: the statements whose lines are drawn, not written.
+        elsewhere: what is to be said of a word that has no meaning (in a block, if one is named).
+    """
+
+    grammar: str
+    keys: Mapping[str, tuple[str, ...]]
+    named: tuple[str, ...]
+    drawn: frozenset[str] = frozenset()
+    elsewhere: Callable[[str, str], str | None] = lambda word, block: None
+
+    @property
+    def keywords(self) -> tuple[str, ...]:
+        return (*sorted(self.drawn), *self.keys)
+
+    def cut(self, source: Source) -> Cut:
+        """The statements of a file."""
+        return split_statements(source, (*self.keywords, KIND), drawn=self.drawn)
+
+    def tree(self, piece: Piece, mistakes: int = 0) -> Tree[Token]:
+        """Lark's tree of a block; after many mistakes it explains none. Raises StoryError."""
+        return self.tree_of(
+            piece.span, "entries" if piece.keyword == KIND else "statement", mistakes
+        )
+
+    def tree_of(self, span: Span, start: str, mistakes: int) -> Tree[Token]:
+        source = span.source
+        try:
+            return tables(self.grammar).parse(source.text, span.start, span.end, start)
+        except UnexpectedError as problem:
+            if mistakes > MOST_SHOWN:
+                place = Span(source, problem.start, min(problem.start + 1, span.end))
+                raise StoryError([Diagnostic("syntax", "this cannot be read", place)]) from None
+            raise StoryError([explain(problem, source, span)]) from None
+
+    def formatted(self, source: Source) -> str:
+        """The text of a file in the usual layout; what is drawn stays as it is drawn.
+
+        Raises StoryError if it has syntax errors.
+        """
+        check_text(source)
+        return format_statements(source, self.cut(source), self.tree, drawn=self.drawn)
+
+
+def kind_said(source: Source) -> tuple[str, Span] | None:
+    """The kind of world that a file says it is, and where it says so."""
+    match = _KIND.search(source.text)
+    if match is None:
+        return None
+    return same_name(match[1] or ""), Span(source, *match.span(1 if match[1] else 0))
 
 
 @cache
-def grammar() -> Lark:
-    text = (data_folder("grammar") / "world.lark").read_text(encoding="utf-8")
+def grammar(file: str) -> Lark:
+    text = (data_folder("grammar") / file).read_text(encoding="utf-8")
     return Lark(
         with_marks(text),
         parser="lalr",
@@ -55,60 +107,9 @@ def grammar() -> Lark:
 
 
 @cache
-def tables() -> Tables:
+def tables(file: str) -> Tables:
     """The same grammar, for a faster driver."""
-    return Tables(grammar())
-
-
-def block_tree(piece: Piece, mistakes: int = 0) -> Tree[Token]:
-    """Lark's tree of a block; after many mistakes it explains none. Raises StoryError."""
-    return _tree(piece.span, "statement", mistakes)
-
-
-def _tree(span: Span, start: str, mistakes: int) -> Tree[Token]:
-    source = span.source
-    try:
-        return tables().parse(source.text, span.start, span.end, start)
-    except UnexpectedError as problem:
-        if mistakes > MOST_SHOWN:
-            place = Span(source, problem.start, min(problem.start + 1, span.end))
-            raise StoryError([Diagnostic("syntax", "this cannot be read", place)]) from None
-        raise StoryError([explain(problem, source, span)]) from None
-
-
-def with_quoted_signs(source: Source) -> tuple[Source, list[Diagnostic]]:
-    """The text with a letter for each sign that stands behind `symbol =` without quotes, so that
-    the rest can be read, and what is wrong about them."""
-    problems = []
-
-    def letters(match: re.Match[str]) -> str:
-        sign = match[2]
-        if is_mark(sign):
-            hint = f'write `symbol = "{sign}"`'
-            message = f"`{sign}` needs quotes to be a symbol"
-            problems.append(Diagnostic("syntax", message, Span(source, *match.span(2)), hint))
-        return match[1] + "x" * len(sign)
-
-    text = _BARE_SIGN.sub(letters, source.text)
-    return Source(source.name, text), problems
-
-
-def is_mark(text: str) -> bool:
-    """Whether a text can be the symbol of a tile."""
-    return len(text) == 1 and text not in (WALL, FLOOR) and not text.isspace()
-
-
-def format_world(source: Source) -> str:
-    """The text of a .world file in the usual layout; the map stays as it is drawn.
-
-    Raises StoryError if it has syntax errors.
-    """
-    check_text(source)
-    unquoted = with_quoted_signs(source)[1]
-    if unquoted:
-        raise StoryError(unquoted)
-    cut = split_statements(source, KEYWORDS, drawn=MAP)
-    return format_statements(source, cut, block_tree, drawn=MAP)
+    return Tables(grammar(file))
 
 
 @dataclass(frozen=True)
@@ -144,36 +145,30 @@ class BlockReader:
         incomplete: whether a block could not be read: what seems to be missing may stand there.
         lost: the texts of such blocks.
         unsure: the kinds of blocks (`tile`, ...) of which one has lost its name.
-        spaced: whether the map has spaces for floor.
     """
 
-    def __init__(self, source: Source):
-        self.source = source
+    def __init__(self, source: Source, syntax: Syntax):
+        self.source, self.syntax = source, syntax
         self.readable = source  # the same places, and what stands there can be parsed
         self.problems: list[Diagnostic] = []
         self.blocks: list[Block] = []
-        self.rows: list[tuple[str, Span]] | None = None
-        self.map_span = Span(source, 0, 0)
         self.incomplete = False
         self.lost: list[str] = []
         self.unsure: set[str] = set()
-        self.spaced = False
-        self.reported_lines: set[int] = set()
 
     def read(self) -> None:
         """Reads the whole text."""
-        self.readable, unquoted = with_quoted_signs(self.source)
-        self.problems.extend(unquoted)
-        pieces, unread, problems = split_statements(self.readable, KEYWORDS, drawn=MAP)
+        pieces, unread, problems = self.syntax.cut(self.readable)
         self.report(problems)
         for piece in pieces:
-            self.statement(piece)
+            if piece.keyword != KIND:  # it was read to come here
+                self.statement(piece)
         for span in unread:  # the mistake is known: brackets, quotes, indentation
             word = _WORD.match(span.text)
-            if word and word[0] in KEYS:
+            if word and word[0] in self.syntax.keys:
                 self.salvage(span, None)
             else:
-                self.lose(span.text, closest(word[0], KEYWORDS) if word else None)
+                self.lose(span.text, closest(word[0], self.syntax.keywords) if word else None)
 
     def report(self, problems: Iterable[Diagnostic]) -> None:
         """Reports mistakes in the readable text at their places in the text as it was written."""
@@ -186,17 +181,13 @@ class BlockReader:
         """Notes a block that could not be read; `kind` is what it would have been."""
         self.incomplete = True
         self.lost.append(text)
-        if kind in NAMED and not _SECOND_WORD.match(text):
+        if kind in self.syntax.named and not _SECOND_WORD.match(text):
             self.unsure.add(kind)
 
     def may_be_lost(self, name: str, kinds: str) -> bool:
         """Whether an unknown name may be that of a block that could not be read."""
         names = {same_name(found[1]) for found in map(_SECOND_WORD.match, self.lost) if found}
         return name in names or any(kind in kinds for kind in self.unsure)
-
-    def lost_symbols(self) -> set[str]:
-        """The symbols of tiles that could not be read."""
-        return {sign for text in self.lost for sign in _SYMBOL.findall(text)}
 
     def problem(
         self, code: str, message: str, span: Span, hint: str | None = None, note: Note | None = None
@@ -207,32 +198,40 @@ class BlockReader:
     # Syntax.
 
     def statement(self, piece: Piece) -> None:
-        if piece.keyword not in KEYWORDS:
-            meant = closest(piece.keyword, KEYWORDS)
+        if piece.keyword not in self.syntax.keywords:
+            meant = closest(piece.keyword, self.syntax.keywords)
             self.lose(self.source.text[piece.span.start : piece.span.end], meant)
-            if not piece.keyword and self.rows == []:
-                return  # a row in the first column: the empty map was reported
+            if self.is_known(piece):
+                return
             start = piece.span.start
             span = Span(self.source, start, start + max(1, len(piece.keyword)))
             shown = shorten(piece.keyword) or piece.span.text[:1]
-            hint = f"did you mean `{meant}`?" if meant else hint_elsewhere(piece.keyword)
-            hint = hint or "blocks: " + ", ".join(KEYWORDS)
+            hint = f"did you mean `{meant}`?" if meant else self.syntax.elsewhere(piece.keyword, "")
+            hint = hint or "blocks: " + ", ".join(self.syntax.keywords)
             self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
             return
         try:
-            tree = block_tree(piece, len(self.problems))
+            tree = self.syntax.tree(piece, len(self.problems))
         except StoryError as problem:
             self.report(problem.diagnostics)
-            if piece.keyword in MAP:
+            if piece.keyword in self.syntax.drawn:
                 self.incomplete = True
             else:
                 place = problem.diagnostics[0].span.start
                 self.salvage(piece.span, self.source.position(place)[0])
             return
-        if tree.data == "map":
-            self.read_map(piece, tree)
+        if piece.keyword in self.syntax.drawn:
+            self.read_drawn(piece, tree)
         else:
             self.read_block(tree)
+
+    def is_known(self, piece: Piece) -> bool:
+        """Whether what is wrong about a piece that begins no block was reported already."""
+        return False
+
+    def read_drawn(self, piece: Piece, tree: Tree[Token]) -> None:
+        """Reads a statement whose lines are drawn."""
+        raise NotImplementedError(piece.keyword)
 
     def salvage(self, span: Span, reported: int | None) -> None:
         """Reads what can be read of a block, line by line.
@@ -241,7 +240,7 @@ class BlockReader:
         None where brackets or quotes are wrong: a line may then belong to the one before.
         """
         head = _WORD.match(span.text)
-        known = KEYS.get(head[0], ()) if head else ()
+        known = self.syntax.keys.get(head[0], ()) if head else ()
         source, first = span.source, self.source.position(span.start)[0]
         last = self.source.position(max(span.start, span.end - 1))[0]
         block: Block | None = None
@@ -254,11 +253,12 @@ class BlockReader:
                 continue
             try:
                 if number == first:
-                    block = self.head(_tree(line, "statement", len(self.problems)))
+                    block = self.head(self.syntax.tree_of(line, "statement", len(self.problems)))
                     if block is None:
                         return
                 else:
-                    entries += _tree(line, "entries", len(self.problems)).children
+                    more = self.syntax.tree_of(line, "entries", len(self.problems))
+                    entries += more.children
             except StoryError as problem:
                 damaged = True
                 # A line may also be wrong for the one before it, which has no value.
@@ -277,70 +277,6 @@ class BlockReader:
             block.damaged = damaged
             self.fill(block, entries)
 
-    def read_map(self, piece: Piece, tree: Tree[Token]) -> None:
-        span = Span(self.source, piece.span.start, piece.span.start + 3)
-        if self.rows is not None:
-            note = Note("the first map", self.map_span)
-            self.problem("duplicate", "the world has two maps", span, note=note)
-            return
-        self.map_span = span
-        self.rows = []
-        lines: dict[int, list[Span]] = {}
-        for token in tree.children[1:]:
-            assert isinstance(token, Token)
-            place = self.token_span(token)
-            lines.setdefault(self.source.position(place.start)[0], []).append(place)
-        beside = lines.pop(self.source.position(span.start)[0], None)
-        if beside:
-            self.misplaced_row(beside[0])
-        for number, places in lines.items():
-            row = self.source.line(number)
-            comment = _COMMENT.search(row)
-            if comment:
-                begin = self.source.line_starts[number - 1] + comment.start(1)
-                self.misplaced_row(next(p for p in places if p.start >= begin))
-                places = [p for p in places if p.start < begin]
-            if places:
-                self.rows.append((row, places[0].to(places[-1])))
-        self.cut_rows()
-        if not self.rows and not tree.children[1:]:
-            hint = "draw it in indented lines below `map`"
-            self.problem("world-map", "the map has no rows", span, hint)
-
-    def cut_rows(self) -> None:
-        """Cuts the rows out of their lines. Spaces are no floor, but where they are meant as such
-        (levels of games are drawn so), that is one mistake of the whole map."""
-        assert self.rows is not None
-        columns = {self.source.position(place.start)[1] for _, place in self.rows}
-        lengths = {len(place.text) for _, place in self.rows}
-        self.spaced = any(len(place.text.split()) > 1 for _, place in self.rows)
-        self.spaced |= len(columns) > 1 and len(lengths) > 1
-        if not self.spaced:
-            self.rows = [(same_name(place.text), place) for _, place in self.rows]
-            return
-        margin = min(columns) - 1
-        drawn = []
-        for _, place in self.rows:
-            before = self.source.position(place.start)[1] - 1 - margin
-            drawn.append(Span(self.source, place.start - before, place.end))
-        width = max(len(place.text) for place in drawn)
-        floored = lambda text: "".join(FLOOR if sign.isspace() else sign for sign in text)
-        self.rows = [(floored(place.text).ljust(width, FLOOR), place) for place in drawn]
-        spaces = [place for place in drawn for sign in place.text if sign.isspace()]
-        message = f"a space is no cell of a map, and this map has {len(spaces)}"
-        hint = f"draw floor as `{FLOOR}`, and what is outside as `{WALL}`: all rows equally long"
-        self.problem("world-map", message, spaces[0], hint)
-
-    def misplaced_row(self, place: Span) -> None:
-        """Reports the first thing that stands on a line behind a row, or behind `map`."""
-        line = self.source.position(place.start)[0]
-        if not self.reported_lines:
-            self.reported_lines = {self.source.position(d.span.start)[0] for d in self.problems}
-        if line not in self.reported_lines:
-            self.reported_lines.add(line)
-            hint = "every row has its line, without spaces and without a comment (`#` is a wall)"
-            self.problem("world-map", "no row of the map can begin here", place, hint)
-
     def read_block(self, tree: Tree[Token]) -> None:
         block = self.head(tree)
         if block is not None:
@@ -354,7 +290,7 @@ class BlockReader:
         block = Block(
             str(token), same_name(str(name or "")), self.token_span(name or token), {}, {}
         )
-        named = block.keyword in NAMED
+        named = block.keyword in self.syntax.named
         if named and not name:
             hint = f"write `{token} NAME`"
             message = f"every {token} needs a name"
@@ -406,11 +342,15 @@ class BlockReader:
 
     def known_keys(self, block: Block) -> None:
         """Reports the keys that a block does not have, and where they belong."""
-        known = KEYS[block.keyword]
+        known = self.syntax.keys[block.keyword]
         for key, span in block.keys.items():
             if key not in known:
                 close = closest(key, known)
-                hint = f"did you mean `{close}`?" if close else hint_elsewhere(key, block.keyword)
+                hint = (
+                    f"did you mean `{close}`?"
+                    if close
+                    else self.syntax.elsewhere(key, block.keyword)
+                )
                 hint = (hint or "known: " + ", ".join(known)).replace("WHO", block.name or "WHO")
                 self.problem("world-key", f"`{block.keyword}` has no `{key}`", span, hint)
 

@@ -11,9 +11,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
-from i2pdsl.search.record import Record, Trajectory
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, NODE_COUNT
 from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.record import Record, Trajectory
 
 TOLERANCE = 0.005  # units, and units a time: single precision and a rounded decimal are far below
 _LARGEST = 1e9  # of a number

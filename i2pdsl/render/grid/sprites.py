@@ -18,32 +18,24 @@ from functools import cache
 from importlib.resources import files
 from xml.sax.saxutils import quoteattr
 
-from PIL import ImageColor
-
-from i2pdsl.render.choreography import POSES
-from i2pdsl.render.stage import DIRECTIONS, Actor
+from i2pdsl.render.grid.choreography import POSES
+from i2pdsl.render.grid.stage import DIRECTIONS, Actor
+from i2pdsl.render.ink import INK, mix
 
 SVG = "http://www.w3.org/2000/svg"
 FALLBACK = "blob"
 ET.register_namespace("", SVG)
 
 
-def mix(color: str, other: str, share: float) -> str:
-    """`color` with a `share` (0 to 1) of `other` in it, as '#rrggbb'. Both are CSS colours."""
-    a, b = ImageColor.getrgb(color), ImageColor.getrgb(other)
-    r, g, b_ = (round(p + (q - p) * share) for p, q in zip(a[:3], b[:3], strict=True))
-    return f"#{r:02x}{g:02x}{b_:02x}"
-
-
 def sprite_names() -> list[str]:
     """Names of the drawings that there are."""
-    folder = files("i2pdsl.render") / "sprites"
+    folder = files("i2pdsl.render.grid") / "sprites"
     return sorted(f.name[:-4] for f in folder.iterdir() if f.name.endswith(".svg"))
 
 
 @cache
 def _source(sprite: str) -> str:
-    folder = files("i2pdsl.render") / "sprites"
+    folder = files("i2pdsl.render.grid") / "sprites"
     # Looked up among the names, never as a path: the sprite's name comes out of a .world file.
     name = sprite if sprite in sprite_names() else FALLBACK
     return (folder / f"{name}.svg").read_text(encoding="utf-8")
@@ -127,7 +119,6 @@ def _inner(layer: ET.Element, direction: str = "") -> str:
     return re.sub(r'data-look="([\d.]+)"', shift, markup)
 
 
-INK = "#3b2a20"
 _LINE = f'stroke="{INK}" stroke-linecap="round" stroke-linejoin="round"'
 _CLOUD = "M22 66 a15 15 0 0 1 8 -27 a22 22 0 0 1 41 -3 a16 16 0 0 1 8 30 Z"
 _BURST = (

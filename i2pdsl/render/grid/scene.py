@@ -9,18 +9,12 @@ from collections.abc import Mapping
 from math import ceil
 from xml.sax.saxutils import escape
 
-from i2pdsl.render.choreography import POSES, Film, Key, sample
+from i2pdsl.render.grid.choreography import POSES, Film, Key, sample
+from i2pdsl.render.grid.sprites import UTENSIL_DRAWINGS, actor_symbols, mark_symbols, symbol_id
+from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Cell, Stage, Tile
+from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import FONTS
 from i2pdsl.render.raster import text_width
-from i2pdsl.render.sprites import (
-    INK,
-    UTENSIL_DRAWINGS,
-    actor_symbols,
-    mark_symbols,
-    mix,
-    symbol_id,
-)
-from i2pdsl.render.stage import DIRECTIONS, Actor, Cell, Stage, Tile
 
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
 LEAST = 16.0  # pixels: nobody is drawn smaller, however small the cells of a large map

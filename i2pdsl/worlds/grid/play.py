@@ -1,30 +1,28 @@
-"""Frames added by hand: what was typed after `play`, as actions of the world."""
+"""Turns played by hand: what was typed after `play`, as an action of the world."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from i2pdsl.errors import Diagnostic, Source, Span, StoryError
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, moved
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.naming import NAME, same_name
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.statements import split_outside
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.repl.mistakes import moved, wrong
-from i2pdsl.repl.texts import split_outside
-from i2pdsl.scripts import extended
-from i2pdsl.search.record import Trajectory
-from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.kind import refused
+from i2pdsl.worlds.record import Trajectory, extended
 
 _ACT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s*!?)\s*$")
 _EVENT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s+at\b.*)$", re.DOTALL)
 _BEFORE = "script ++ "
-MOST_FRAMES = 10_000  # that one `play` or `suggest` adds on the hill
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ def written_turn(typed: str, words: Vocabulary) -> WrittenTurn:
     return WrittenTurn(f"{text}]", tuple(places))
 
 
-def appended(world: World, module: Module, length: int, turn: str) -> tuple[ty.Turn, ...]:
+def appended(world: GridWorld, module: Module, length: int, turn: str) -> tuple[ty.Turn, ...]:
     """The checked turns of `script ++ TURN` as the elaborator has them. Raises StoryError."""
     source = Source("play", _BEFORE + turn)
     problems: list[Diagnostic] = []
@@ -91,40 +89,40 @@ def appended(world: World, module: Module, length: int, turn: str) -> tuple[ty.T
     return item.value
 
 
-def played(world: World, module: Module, path: Trajectory, typed: str) -> tuple[Trajectory, str]:
+def played(
+    world: GridWorld, module: Module, path: Trajectory, typed: str
+) -> tuple[Trajectory, str]:
     """A script with one more turn, and the turn as stories write it. Raises StoryError."""
     turn = written_turn(typed, world.vocabulary)
-    line, offset = f"play {typed}", len("play ")
 
-    def move(span: Span) -> tuple[int, int] | None:
+    def put(span: Span) -> Span:
         if span.source.name != "play":
-            return None
+            return span
         start, end = span.start - len(_BEFORE), span.end - len(_BEFORE)
-        place = turn.typed_place(start, end) or (0, len(typed))
-        return place[0] + offset, place[1] + offset
+        return Span(Source("play", typed), *(turn.typed_place(start, end) or (0, len(typed))))
 
     try:
         (act,) = appended(world, module, len(path.actions), turn.text)
     except StoryError as problem:
-        raise StoryError(moved(problem.diagnostics, line, move)) from None
+        raise StoryError(moved(problem.diagnostics, put)) from None
     state = np.asarray(path.states[-1])
     action, possible = world.act(world.tables, state, act)
     if not possible:
-        raise wrong("play", typed, "this cannot happen: it is there already, or its place is taken")
+        raise refused("this cannot happen: it is there already, or its place is taken", typed)
     return extended(world, path, [int(action)]), turn.text
 
 
-def rolled_out(world: World, path: Trajectory, frames: int) -> Trajectory:
-    """A script of the hill with so many frames of the controller's own motion."""
-    longer = extended(world, path, np.zeros((frames, MUSCLE_COUNT)))
-    if not np.isfinite(longer.states[-1]).all():
-        raise wrong("play", str(frames), "the motion is not finite")
-    return longer
-
-
-def frame_count(typed: str) -> int:
-    """The number of frames behind `play` on the hill. Raises StoryError."""
-    if not typed.isdecimal() or len(typed) > 9 or not 1 <= int(typed) <= MOST_FRAMES:
-        message = f"expected a number of frames from 1 to {MOST_FRAMES:,}"
-        raise wrong("play", typed, message, "`play 50`")
-    return int(typed)
+def options(words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
+    """What may be typed next: who, then what."""
+    if not before:
+        found = [(c, "character") for c in words.characters]
+        return found + [(e, "event") for e in words.events]
+    who, *more = before
+    if more:
+        return []
+    if who in words.characters:
+        found = [(a, "action") for a in words.actions]
+        return found + [
+            (f"{a}!", "action") for a in words.actions if a != "stay" and who in words.can_fail
+        ]
+    return [(f"{thing} at (", "object") for thing in words.events.get(who, ())]

@@ -8,9 +8,12 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
-from i2pdsl.search.record import Record, Trajectory
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, GridSpec
 from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.record import Record, Trajectory
+
+APART = 2.0  # cells: two scripts look alike if everyone stands closer than this, on average
+_FAR = 4.0  # distance of something present from something absent
 
 
 def state_as_json(spec: GridSpec, dynamics: Any, state: int) -> dict[str, list[int] | None]:
@@ -64,6 +67,27 @@ def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
     counts = world.moves.counts
     numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]
     return [world.moves.outcomes(who)[n] for who, n in enumerate(numbers)]
+
+
+def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
+    """How differently two scripts look, in cells.
+
+    The largest, over the characters and the things that move in either script, of the mean
+    distance over time between where it stands in the one and in the other.
+
+    Args:
+        first, second: states [T + 1].
+    """
+    cells = world.dynamics.cells
+    a, b = cells[first].astype(np.int64), cells[second].astype(np.int64)
+    characters = len(world.spec.characters)
+    moves = (a != a[:1]).any(0) | (b != b[:1]).any(0)
+    moves[:characters] = True
+    place = world.tables.coordinates
+    apart = np.abs(place[a] - place[b]).sum(-1).astype(float)
+    absent = world.dynamics.absent
+    apart = np.where((a == absent) != (b == absent), _FAR, np.minimum(apart, 2 * _FAR))
+    return float(apart.mean(0)[moves].max())
 
 
 class GridReader:

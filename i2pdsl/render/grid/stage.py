@@ -28,7 +28,7 @@ class Tile:
 class Actor:
     """One of the cast: a 'character' acts, an 'object' is only ever moved.
 
-    `sprite` names a drawing in `i2pdsl/render/sprites` ('robot', 'cheese', 'table', ...); one that
+    `sprite` names a drawing in `sprites/` (robot, cheese, table, ...); one that
     is not there is drawn as 'blob'. `color` tints its body; '' keeps the drawing's own colour.
     """
 

@@ -6,6 +6,7 @@ import json
 import math
 import sys
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -18,6 +19,7 @@ from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import LONGEST_FILE, read_source
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import RepeatedKeyError, json_excess, without_repetition
+from i2pdsl.worlds.world import World
 
 FORMAT, VERSION = "i2p-script", 1
 _DEEPEST = 60  # brackets in brackets; the format has 5, and a story may say more of itself
@@ -108,6 +110,28 @@ class Trajectory:
     def start(self) -> Any:
         """The initial state."""
         return self.states[0]
+
+
+def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray) -> Trajectory:
+    """A path with more actions [k, ...] and the states that they lead to."""
+    states = [np.asarray(path.states[-1])]
+    for action in actions:
+        after = world.transition(world.tables, states[-1], np.asarray(action))
+        states.append(np.asarray(after))
+    more = np.array(states[1:], dtype=path.states.dtype).reshape(-1, *path.states.shape[1:])
+    acts = np.asarray(actions, dtype=path.actions.dtype).reshape(-1, *path.actions.shape[1:])
+    return Trajectory(np.concatenate([path.actions, acts]), np.concatenate([path.states, more]))
+
+
+def empty(world: World, start: Any) -> Trajectory:
+    """A script of no frames."""
+    start = np.asarray(start)
+    return Trajectory(np.zeros((0, *world.action_shape), start.dtype), start[None])
+
+
+def is_script(source: Source) -> bool:
+    """Whether a text is meant as a script: JSON, or in a file of that name."""
+    return source.name.endswith(".json") or source.text.lstrip().startswith("{")
 
 
 def read_record(path: Path | str) -> Record:

@@ -1,0 +1,37 @@
+"""How a kind of world is drawn: one object in its folder below render/, which worlds/kinds.py
+names."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.render.characters import Ink
+from i2pdsl.render.files import PictureFiles
+from i2pdsl.scripts import Script
+
+
+class Drawing(ABC):
+    """One kind's drawing.
+
+    Attributes:
+        is_small: whether the page of a story is small enough to show it in a catalogue.
+    """
+
+    is_small: ClassVar[bool] = True
+
+    @abstractmethod
+    def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PictureFiles:
+        """What draws one script, or several side by side. Raises StoryError."""
+
+    @abstractmethod
+    def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
+        """Where everybody is, for a terminal."""
+
+
+def one_by_one(scripts: Sequence[Script]) -> StoryError:
+    """That these scripts are not drawn side by side."""
+    message = "only scripts of the hill are drawn side by side"
+    return error("pictures", message, whole_file(scripts[1].record.where), "draw them one by one")

@@ -1,0 +1,104 @@
+"""What a search is asked, what it answers, and what all searches have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+import numpy as np
+
+from i2pdsl.computing import computing
+from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.language import ast
+from i2pdsl.language.story import TypedStory
+from i2pdsl.objective.fold import Objective
+from i2pdsl.objective.starts import allowed_starts
+from i2pdsl.objective.terms import story_objective
+from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import World
+
+if TYPE_CHECKING:
+    from i2pdsl.programs import Program
+
+
+@dataclass(frozen=True)
+class Task:
+    """A story in its world, to be searched."""
+
+    story: TypedStory
+    world: World
+    watch: Watch
+
+    @cached_property
+    def objective(self) -> Objective:
+        return story_objective(self.story, self.world)
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """The initial states that the story allows. Raises StoryError where there is none."""
+        allowed = allowed_starts(self.world, self.story.start)
+        if not len(allowed):
+            whole = whole_file(self.story.source.name)
+            raise error("start", "no state of the world fulfils the `start` condition", whole)
+        return allowed
+
+    @property
+    def events(self) -> tuple[int, ...]:
+        """The events that the story allows, in the world's numbers."""
+        return self.world.events(self.story.allow)
+
+    @contextmanager
+    def searching(self) -> Iterator[None]:
+        """Where JAX computes; what is wrong with a search is said at the story's `search`."""
+        with computing(self.watch.say):
+            try:
+                yield
+            except StoryError as problem:
+                raise self.story.placed(problem, ast.Search) from None
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found: scripts, and whether it came to its end."""
+
+    paths: list[Trajectory]
+    finished: bool = True
+
+
+def draw_starts(allowed: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """`count` different initial states, uniformly from the allowed ones; all if there are fewer."""
+    generator = np.random.default_rng(seed)
+    if count >= len(allowed):
+        return generator.permutation(allowed)
+    return generator.choice(allowed, size=count, replace=False)
+
+
+class Search(Protocol):
+    """A way to look for the script of a story. The settings that a story gives it, and the worlds
+    that it can search, are those of its name in language/settings.py.
+
+    Attributes:
+        offers_all: whether all that it finds are candidates, as each came from elsewhere;
+            otherwise those are that differ visibly.
+    """
+
+    offers_all: ClassVar[bool]
+
+    def prepare(self, task: Task) -> Program | None:
+        """Compiles it without running it, so that the next of this shape starts at once; None
+        where nothing is compiled. Raises StoryError."""
+
+    def solve(self, task: Task, seed: int, count: int) -> Found:
+        """Searches, for at least `count` scripts if there are so many. Ctrl-C ends it early with
+        what was found.
+
+        Raises StoryError, and KeyboardInterrupt before anything was found.
+        """
+
+    def onward(self, task: Task, path: Trajectory, frames: int) -> list[tuple[Trajectory, float]]:
+        """A script with so many frames more, best first, each with what it is worth as a prefix
+        of the story. Raises StoryError, KeyboardInterrupt."""

@@ -1,0 +1,175 @@
+"""Grid worlds as a kind (worlds/kind.py): planned ahead, searched by beams."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from i2pdsl.errors import Diagnostic, Source
+from i2pdsl.language.scope import Module
+from i2pdsl.language.story import TypedStory
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.grid import describe
+from i2pdsl.worlds.grid.map import SYNTAX
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.reach import goal_warnings
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
+from i2pdsl.worlds.kind import Kind, Prepared, Watch
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from i2pdsl.worlds.grid.world import GridWorld
+    from i2pdsl.worlds.record import Record, Trajectory
+    from i2pdsl.worlds.world import Viewer
+
+
+class GridKind(Kind):
+    syntax = SYNTAX
+    suggested = (1, 20)
+
+    def parse(self, source: Source, name: str) -> GridSpec:
+        return parse_world(source, name)
+
+    def vocabulary(self, spec: GridSpec) -> Vocabulary:
+        return grid_vocabulary(spec)
+
+    def as_json(self, spec: GridSpec) -> dict[str, Any]:
+        return describe.as_json(spec)
+
+    def in_words(self, spec: GridSpec) -> list[str]:
+        return describe.in_words(spec)
+
+    def warnings(
+        self, spec: GridSpec, where: str, story: TypedStory | None = None
+    ) -> tuple[Diagnostic, ...]:
+        if story is None:
+            return goal_warnings(spec, where)
+        return goal_warnings(spec, where, story.start, story.length)
+
+    def has_same_rules(self, one: GridSpec, other: GridSpec) -> bool:
+        return replace(one, settings=other.settings) == other
+
+    # Ready to be searched and asked.
+
+    def build(self, spec: GridSpec, viewers: tuple[Viewer, ...], watch: Watch) -> GridWorld:
+        from i2pdsl.worlds.grid.world import build_world
+
+        return build_world(spec, viewers, watch.planning, watch.say)
+
+    def rules(self, spec: GridSpec) -> GridWorld:
+        from i2pdsl.worlds.grid.world import unplanned_world
+
+        return unplanned_world(spec)
+
+    def plan(self, spec: GridSpec, watch: Watch) -> Prepared:
+        from i2pdsl.worlds.grid.world import build_world
+
+        began = time.perf_counter()
+        built = build_world(spec, None, watch.planning, watch.say)
+        problems = sum(table.shape[1] for table in built.tables.continuation)
+        is_cached = built.planning_seconds == 0
+        document = {
+            "world": spec.name,
+            "states": spec.state_count,
+            "problems": problems,
+            "residual": built.residual,
+            "bound": built.bound,
+            "cached": is_cached,
+            "seconds": round(time.perf_counter() - began, 3),
+        }
+        where = "read from the cache" if is_cached else "solved and stored"
+        words = (
+            f"{spec.name}: {spec.state_count:,} states, {problems} problems, residual "
+            f"{built.residual:.2g}, values right to {built.bound:.2g}, {where} in "
+            f"{document['seconds']:.1f} s"
+        )
+        return Prepared(document, words)
+
+    # Scripts.
+
+    def start_as_json(self, world: GridWorld, state: Any) -> dict[str, Any]:
+        from i2pdsl.worlds.grid.script import state_as_json
+
+        return state_as_json(world.spec, world.dynamics, int(state))
+
+    def frames_as_json(self, world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
+        from i2pdsl.worlds.grid.script import frames_as_json
+
+        return frames_as_json(world, path)
+
+    def read(self, world: GridWorld, record: Record) -> Trajectory:
+        from i2pdsl.worlds.grid.script import GridReader
+
+        return GridReader(world, record).read()
+
+    def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
+        """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
+        (missing where it is absent), and the event."""
+        found: dict[str, tuple[list[Any], str]] = {}
+        frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
+        for who in words.characters:
+            turns = [frame.get(who) or {} for frame in frames]
+            found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
+            found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
+        for thing in (*words.characters, *words.things):
+            places = [frame["state"].get(thing) or (None, None) for frame in frames]
+            for axis, name in enumerate(("column", "row")):
+                found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
+        found["event"] = [_event(frame.get("event")) for frame in frames], "string"
+        return found
+
+    def naive(
+        self,
+        world: GridWorld,
+        story: TypedStory,
+        allowed: np.ndarray,
+        rational: np.ndarray,
+        seed: int,
+    ) -> Trajectory:
+        from i2pdsl.worlds.grid.naive import naive_rollout
+        from i2pdsl.worlds.record import empty, extended
+
+        start, actions, _ = naive_rollout(world, story.length, allowed, rational, seed)
+        return extended(world, empty(world, start), actions)
+
+    def distance(self, world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
+        from i2pdsl.worlds.grid.script import APART, distance
+
+        return distance(world, first, second) / APART
+
+    # By hand.
+
+    def played(
+        self, world: GridWorld, module: Module, path: Trajectory, typed: str
+    ) -> tuple[Trajectory, str]:
+        from i2pdsl.worlds.grid.play import played
+
+        return played(world, module, path, typed)
+
+    def options(self, words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
+        from i2pdsl.worlds.grid.play import options
+
+        return options(words, before)
+
+    def frame_in_words(self, world: GridWorld, path: Trajectory, frame: int) -> str:
+        from i2pdsl.worlds.grid.script import turn_in_words
+
+        return turn_in_words(world, int(path.actions[frame - 1]))[1:-1]
+
+    def continuation_in_words(self, world: GridWorld, path: Trajectory, first: int) -> str:
+        from i2pdsl.worlds.grid.script import turn_in_words
+
+        return " ".join(turn_in_words(world, int(a)) for a in path.actions[first - 1 :])
+
+
+def _event(event: Mapping[str, Any] | None) -> str | None:
+    """An event as a story has it: `deus(table)`."""
+    told = [f"{kind}({thing})" for kind, thing in (event or {}).items() if kind != "to"]
+    return told[0] if told else None
+
+
+KIND = GridKind()

@@ -1,0 +1,74 @@
+"""The kinds of worlds: the one table that names them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from i2pdsl.errors import Source, StoryError, did_you_mean, error, shorten
+from i2pdsl.worlds.blocks import Syntax, kind_said
+from i2pdsl.worlds.kind import Kind, Spec
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a kind is: modules that have a `KIND` and a `DRAWING`, imported when it is used."""
+
+    worlds: str
+    drawing: str
+
+
+USUAL = "grid"  # of files that name none
+KINDS = {
+    USUAL: Place("i2pdsl.worlds.grid.kind", "i2pdsl.render.grid.drawing"),
+    "hill": Place("i2pdsl.worlds.hill.kind", "i2pdsl.render.hill.drawing"),
+}
+
+
+def kind_named(name: str) -> Kind:
+    """A kind of the table."""
+    found: Kind = import_module(KINDS[name].worlds).KIND
+    return found
+
+
+def kind_of(spec: Spec) -> Kind:
+    """The kind of a world."""
+    return kind_named(spec.kind)
+
+
+def kind_of_file(source: Source) -> Kind:
+    """The kind of world that a file says it is. Raises StoryError where there is none."""
+    said = kind_said(source)
+    if said is None:
+        return kind_named(USUAL)
+    name, span = said
+    if name not in KINDS:
+        known = ", ".join(KINDS)
+        message = f"there is no kind of world `{shorten(name)}`" if name else "which kind of world?"
+        hint = (did_you_mean(name, KINDS) if name else None) or f"`kind = NAME`; kinds: {known}"
+        raise error("world-kind", message, span, hint)
+    return kind_named(name)
+
+
+def parse_world(source: Source, name: str) -> Spec:
+    """A world from the text of its file. Raises StoryError with all its mistakes."""
+    return kind_of_file(source).parse(source, name)
+
+
+def syntax_of(source: Source) -> Syntax:
+    """The syntax of a world's file; the usual one where it names no kind that there is."""
+    try:
+        return kind_of_file(source).syntax
+    except StoryError:
+        return kind_named(USUAL).syntax
+
+
+def format_world(source: Source) -> str:
+    """The text of a world's file in the usual layout. Raises StoryError."""
+    return kind_of_file(source).syntax.formatted(source)
+
+
+def drawing_of(spec: Spec) -> Any:
+    """What draws a kind of world (render/drawing.py)."""
+    return import_module(KINDS[spec.kind].drawing).DRAWING
