@@ -165,3 +165,13 @@ class Ways:
     def detours(self, points: np.ndarray, others: np.ndarray) -> np.ndarray:
         """By how much the shortest ways are longer than straight lines, [N, M]."""
         return self.lengths(points, others) - norm(points[:, None] - others[None])
+
+
+def disc(directions: int, speeds: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of a quadrature over the unit disc: equal angles, Gauss-Legendre radii."""
+    radii, weights = np.polynomial.legendre.leggauss(speeds)
+    radii, weights = (radii + 1) / 2, weights / 2
+    angles = 2 * np.pi * np.arange(directions) / directions
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    nodes = (radii[:, None, None] * circle).reshape(-1, 2)
+    return nodes, np.repeat(weights * radii * 2 * np.pi / directions, directions)

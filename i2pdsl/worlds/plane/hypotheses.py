@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
 
 from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, rationality_of
-
-if TYPE_CHECKING:
-    from i2pdsl.worlds.plane.spec import PlaneSpec
+from i2pdsl.worlds.plane.spec import NO_GOAL, PlaneSpec
 
 
 def plane_hypotheses(spec: PlaneSpec) -> tuple[Hypothesis, ...]:
@@ -18,8 +15,6 @@ def plane_hypotheses(spec: PlaneSpec) -> tuple[Hypothesis, ...]:
     Goals x goals x attitudes where both are rational; beside one that moves at random nobody has
     an attitude.
     """
-    from i2pdsl.worlds.plane.spec import NO_GOAL
-
     if len(spec.characters) == 1:
         (one,) = spec.characters
         goal, rational = goal_of(one.name), rationality_of(one.name)

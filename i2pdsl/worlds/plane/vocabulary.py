@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
-
-if TYPE_CHECKING:
-    from i2pdsl.worlds.plane.spec import PlaneSpec
+from i2pdsl.worlds.plane.spec import PlaneSpec
 
 ALONE = (
     Predicate("at", ("character", "place"), "its middle is within the place"),
@@ -51,6 +48,7 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "safe": (lambda x: 0 < x <= 1e4, "above 0 and at most 10000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
 }
+SEARCH = (("lookahead", 0), ("noise", 0.3), ("rate", 0.01), ("steps", 60), ("window", 200))
 _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply characters prefer what costs least, per unit of way",
     "safe": "the distance at which who avoids the other is content",
@@ -96,6 +94,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         observer_settings=("beta", "forgetting", "observer"),
         has_plausibility=False,
         enumerable=False,
+        search_settings=SEARCH,
         documentation=spec.documentation,
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,11 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 from i2pdsl.worlds.plane import model
-from i2pdsl.worlds.plane.geometry import MOST_NODES, MOST_PAIRS, Ways, regular_grid
+from i2pdsl.worlds.plane.geometry import MOST_NODES, MOST_PAIRS, Ways, disc, regular_grid
+from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
+from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
+from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
 from i2pdsl.worlds.world import ContinuousWorld, Viewer, on_device
 
 Array = Any
@@ -38,9 +42,9 @@ class PlaneWorld(ContinuousWorld):
     def name(self) -> str:
         return self.spec.name
 
-    @property
+    @cached_property
     def vocabulary(self) -> Vocabulary:
-        return self.spec.vocabulary
+        return plane_vocabulary(self.spec)
 
     @property
     def weak_chances(self) -> tuple[float, ...]:
@@ -102,12 +106,47 @@ class PlaneWorld(ContinuousWorld):
             tuple(number for number, _ in a) if isinstance(a, tuple) else a for a in arguments
         )
 
+    # Beginnings.
+
+    def starts(self) -> np.ndarray:
+        """The first pictures: everybody where the file says, then anybody in the middle of each
+        place instead, as long as nobody overlaps."""
+        cast = self.spec.characters
+        options = [(c.at, *(place.at for place in self.spec.places)) for c in cast]
+        places = np.array(list(product(*options))).reshape(-1, 2 * len(cast))
+        if len(cast) == 2:
+            apart = np.hypot(*(places[:, :2] - places[:, 2:]).T)
+            places = places[apart >= self.tables.radius.sum()]
+        return np.concatenate([places, 0 * places], axis=1)
+
+    def guesses(
+        self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
+    ) -> np.ndarray:
+        """What a descent begins with: everybody does what is best for him under some hypothesis,
+        at some pace, not quite steadily; [seeds, length, 2 n].
+
+        Args:
+            noise: standard deviation of the changes, in units of the speed that each likes.
+            state: where the script goes on from.
+        """
+        rational = np.flatnonzero(self.rational)
+        generator = np.random.default_rng(seed)
+        hypotheses = generator.permutation(rational)[np.arange(seeds) % len(rational)]
+        pace = generator.choice([0.7, 1.0, 1.4], size=(seeds, self.cast.count))
+        changes = wandering(generator, noise, (seeds, length, self.cast.count, 2))
+        start = np.repeat(np.asarray(state, float)[None], seeds, axis=0)
+        return walks(self, start, hypotheses, changes, pace).actions
+
+    @property
+    def rational(self) -> np.ndarray:
+        """The hypotheses under which nobody moves at random, [H]."""
+        return np.all([plans.rows[-1] == 0 for plans in self.tables.plans], axis=0)
+
 
 def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> PlaneWorld:
     """Finds the shortest ways among the walls, and puts the viewers' numbers side by side."""
     viewers = viewers or (Viewer(spec),)
-    vocabulary = spec.vocabulary
-    rows, cast = vocabulary.hypotheses, spec.characters
+    rows, cast = plane_hypotheses(spec), spec.characters
     each = lambda key: np.array([float(getattr(c, key)) for c in cast])
     social = next((i for i, c in enumerate(cast) if c.toward), None)
     steps = [v.spec.settings.observer == "step" for v in viewers]
@@ -117,7 +156,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
     detours, detour_scale, pairs, pair_scale = _ways(
         spec.segments, each_radius(spec), tuple(p.at for p in spec.places), spec.width, spec.height
     )
-    nodes, weights = _disc(DIRECTIONS, SPEEDS)
+    nodes, weights = disc(DIRECTIONS, SPEEDS)
     tables = model.Tables(
         size=np.array([spec.width, spec.height]),
         walls=np.array(spec.segments, float).reshape(-1, 2, 2),
@@ -154,7 +193,7 @@ def _plans(spec: PlaneSpec, who: int, social: bool) -> model.Plans:
     }
     own, other = spec.characters[who].name, spec.characters[1 - who].name if social else None
     keys: list[tuple[int, int, float] | None] = []
-    for row in spec.vocabulary.hypotheses:
+    for row in plane_hypotheses(spec):
         if not row[rationality_of(own)]:
             keys.append(None)
             continue
@@ -210,13 +249,3 @@ def _ways(
         pairs.append(between.reshape(*shape, *shape) if between.size else between)
         pair_scales.append(grid.scale)
     return tuple(to_places), np.array(scales), tuple(pairs), np.array(pair_scales)
-
-
-def _disc(directions: int, speeds: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of a quadrature over the unit disc: equal angles, Gauss-Legendre radii."""
-    radii, weights = np.polynomial.legendre.leggauss(speeds)
-    radii, weights = (radii + 1) / 2, weights / 2
-    angles = 2 * np.pi * np.arange(directions) / directions
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    nodes = (radii[:, None, None] * circle).reshape(-1, 2)
-    return nodes, np.repeat(weights * radii * 2 * np.pi / directions, directions)
