@@ -175,3 +175,12 @@ def disc(directions: int, speeds: int) -> tuple[np.ndarray, np.ndarray]:
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     nodes = (radii[:, None, None] * circle).reshape(-1, 2)
     return nodes, np.repeat(weights * radii * 2 * np.pi / directions, directions)
+
+
+def unreachable(
+    segments: Any, radius: float, width: float, height: float, start: Any, goals: list[Any]
+) -> list[bool]:
+    """Which goals a disc cannot get to."""
+    ways = Ways(np.array(segments, float), radius, width, height)
+    lengths = ways.lengths(np.array([start], float), np.array(goals, float).reshape(-1, 2))
+    return [bool(length >= ways.far) for length in lengths[0]]

@@ -65,3 +65,15 @@ def walks(
         actions.append(np.concatenate(chosen, axis=-1))
         states.append(model.transition(tables, world.cast, states[-1], actions[-1]))
     return Trajectory(np.stack(actions, axis=1), np.stack(states, axis=1))
+
+
+def walk(
+    world: PlaneWorld, start: np.ndarray, rational: np.ndarray, length: int, noise: float, seed: int
+) -> Trajectory:
+    """One script of characters who act by a hypothesis drawn from a mask [H]."""
+    generator = np.random.default_rng(seed)
+    hypothesis = generator.choice(np.flatnonzero(rational & world.rational))
+    changes = wandering(generator, noise, (1, length, world.cast.count, 2))
+    pace = np.ones((1, world.cast.count))
+    found = walks(world, start[None], np.array([hypothesis]), changes, pace)
+    return Trajectory(found.actions[0], found.states[0])
