@@ -47,7 +47,7 @@ def script_of(text: str, executing: int, length: int) -> Script:
 def driven(executing: int, length: int, wanted: Callable[[np.ndarray], np.ndarray]) -> Trajectory:
     """A light box pulled by muscles that do what `wanted` says of a state, and some noise."""
     light = build_hill(HillSpec().with_settings({"controller": executing}))
-    states, actions = [light.starts(None)[0]], []
+    states, actions = [light.starts()[0]], []
     for chance in 0.1 * np.random.default_rng(0).normal(size=(length, MUSCLE_COUNT)):
         own = light.actuation(states[-1], np.zeros(MUSCLE_COUNT))
         actions.append(wanted(states[-1]) + chance - own)

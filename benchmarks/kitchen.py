@@ -98,7 +98,7 @@ def searches(cache: Path) -> None:
         story = load(path)
         world, plan = story.world(), story.typed.search
         objective = story_objective(story.typed, world)
-        starts = draw_starts(world.starts(story.typed.start), plan.starts, 0)
+        starts = draw_starts(story.allowed_starts(world), plan.starts, 0)
         names = world.spec.entities
         events = tuple(world.moves.events.index(names.index(t)) for _, t in story.typed.allow)
         search = partial(

@@ -9,7 +9,7 @@ The word behind a fence tells what a block is:
     repl                    lines typed into `i2p repl`, behind `i2p>`, and the answers (or none)
     expr                    questions, one a line, about a script of the kitchen
     sh                      commands that there are; `sh run` runs them
-    python no-run           is Python; `python run` runs it
+    python no-run           is Python; `python run` runs it, `file=NAME` keeps it
     output                  what the block above prints
     text                    anything
 
@@ -52,6 +52,8 @@ from i2pdsl.worlds.grid.spec import Settings
 from i2pdsl.worlds.grid.words import ELSEWHERE
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
+from i2pdsl.worlds.kinds import KINDS
+from i2pdsl.worlds.kinds import parse_world as parse_any_world
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md") if p.is_file()]
@@ -147,7 +149,7 @@ class Session:
         self.check(Source("my.story", text))
 
     def world(self, block: Block) -> None:
-        parse_world(self.keep(block), Path(block.option("file") or "my").stem)
+        parse_any_world(self.keep(block), Path(block.option("file") or "my").stem)
 
     def mistakes(self, block: Block, read: object) -> str:
         try:
@@ -197,9 +199,12 @@ class Session:
 
     def python(self, block: Block) -> str | None:
         code = compile(block.text, "docs", "exec")
+        if block.option("file") is not None:
+            self.keep(block)
+            return None
         if "no-run" in block.words:
             return None
-        assert "run" in block.words, "write `python run` or `python no-run`"
+        assert "run" in block.words, "write `python run`, `python no-run` or `python file=NAME`"
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
             exec(code, self.names)
@@ -232,12 +237,18 @@ def parse_command(arguments: list[str]) -> None:
 def session(folder: Path) -> Iterator[Session]:
     """A session in a folder that has the stories beside it."""
     (folder / "stories").symlink_to(ROOT / "stories")
-    before = Path.cwd()
+    before, kinds, path, modules = Path.cwd(), dict(KINDS), list(sys.path), set(sys.modules)
     os.chdir(folder)
     try:
         yield Session(folder)
     finally:
         os.chdir(before)
+        for name in set(KINDS) - set(kinds):  # a document may add one
+            del KINDS[name]
+        sys.path[:] = path
+        for name in set(sys.modules) - modules:
+            if not name.startswith(("i2pdsl", "numpy", "jax")) and (folder / f"{name}.py").exists():
+                del sys.modules[name]
 
 
 # Tables that follow the code.

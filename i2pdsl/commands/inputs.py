@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
 from i2pdsl.output import DONE, INTERRUPTED, show
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
     """A checked story, with `--set` applied."""
     from i2pdsl.language.statements import read_source
     from i2pdsl.pipeline import story_from
+    from i2pdsl.worlds.record import is_script
 
     source, folder = read_source(path), Path(path).parent
     if is_script(source):
@@ -40,11 +41,6 @@ def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
         message = "this is a finished script, not a story"
         raise error("not-a-story", message, whole_file(path), hint)
     return story_from(source, folder, settings)
-
-
-def is_script(source: Source) -> bool:
-    """Whether a text is meant as a script: JSON, or in a file of that name."""
-    return source.name.endswith(".json") or source.text.lstrip().startswith("{")
 
 
 def script_or_story(path: str, seed: int) -> tuple[Script, int]:
@@ -55,6 +51,7 @@ def script_or_story(path: str, seed: int) -> tuple[Script, int]:
     from i2pdsl.language.statements import read_source
     from i2pdsl.pipeline import Script
     from i2pdsl.progress import Bars
+    from i2pdsl.worlds.record import is_script
 
     with Bars() as bars:
         if not path.endswith(".story") and is_script(read_source(path)):

@@ -18,10 +18,10 @@ from i2pdsl.language.evaluate import (
     OPERATIONS,
     NotFiniteError,
     evaluate,
+    finite_values,
     fold_time,
     is_pure,
     may_be,
-    table,
 )
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import Latent, show_value
@@ -136,18 +136,18 @@ class Arithmetic(Elaboration):
     def not_finite(self, problem: NotFiniteError, node: ast.Node, env: Env) -> Stop:
         """Reports an operation that has no value at some t, or under some hypothesis, at the place
         of the operation."""
-        part, t, row = problem.node, problem.t, problem.row
+        part, point = problem.node, problem.point
         _, span, env = self.places.get(id(part), (None, node.span, env))
         values: list[float] = []
         if isinstance(part, ty.Apply):
-            values = [float(evaluate(a, t, row)) for a in part.arguments]
+            values = [float(evaluate(a, point)) for a in part.arguments]
         operation = part.operation if isinstance(part, ty.Apply) else ""
-        if row is None:
-            message = f"{_not_finite(operation, values)} at t = {t}"
-            hint = f"leave that frame out: `if t != {t} then ... else 0`"
+        if isinstance(point, int):
+            message = f"{_not_finite(operation, values)} at t = {point}"
+            hint = f"leave that frame out: `if t != {point} then ... else 0`"
         else:
             latents = {n.latent for n in ty.walk(part) if isinstance(n, ty.LatentValue)}
-            told = [f"{x} = {show_value(row[x])}" for x in sorted(latents)]
+            told = [f"{x} = {show_value(point[x])}" for x in sorted(latents)]
             message = f"{_not_finite(operation, values)} where {' and '.join(told)}"
             hint = f"leave that out: `if {' and '.join(told)} then 0 else ...`"
         return self.fail("arithmetic", message, span, env, hint)
@@ -234,7 +234,7 @@ class Arithmetic(Elaboration):
         for part in ty.walk(condition):
             if is_pure(part) and isinstance(part, ty.Apply):
                 try:
-                    table(part, ts)
+                    finite_values(part, ts)
                 except NotFiniteError as problem:
                     return self.not_finite(problem, node, env)
         return self.fail("arithmetic", "this condition has no value", node.span, env)

@@ -8,7 +8,7 @@ from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, Stop
-from i2pdsl.language.evaluate import NotFiniteError, by_hypothesis, fold_hypotheses, is_pure
+from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypotheses, is_pure
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
@@ -29,7 +29,7 @@ class Beliefs(Frames):
             hint = "beliefs and frames cannot stand inside an event"
             raise self.blame("event", message, node, env, hint)
         try:
-            return tuple(map(bool, by_hypothesis(value, self.world.hypotheses)))
+            return tuple(map(bool, finite_values(value, self.world.hypotheses)))
         except NotFiniteError as problem:
             raise self.not_finite(problem, node, env) from None
 

@@ -1,4 +1,5 @@
-"""Plain evaluation of what needs no beliefs: constants, functions of t, events over latents."""
+"""The plain evaluator, of what needs no beliefs: constants, functions of t, events over latents,
+conditions of a first picture."""
 
 from __future__ import annotations
 
@@ -47,43 +48,94 @@ COMPARISONS: dict[str, tuple[str, Callable[[Any, Any], bool]]] = {
     ">": ("greater", lambda a, b: a > b),
 }
 _COMPARE = dict(COMPARISONS.values())
+_FUNCTIONS = {**OPERATIONS, **_COMPARE}
 
 
-def evaluate(node: Any, t: int | None = None, row: Row | None = None) -> Any:
-    """The value of a pure expression at frame t under the hypothesis `row`.
+class Open:
+    """The value of what is not known yet: the predicate of an entity that has no place so far."""
 
-    A latent that plays no part is None; so is arithmetic with it, and every comparison with it
-    is false (language.md).
+
+OPEN = Open()
+Leaf = Callable[[ty.Feature, Any], Any]
+
+
+def evaluate(node: Any, point: Any = None, leaf: Leaf | None = None) -> Any:
+    """The value of an expression at one point; see `values`."""
+    return values(node, (point,), leaf)[0]
+
+
+def values(node: Any, points: Sequence[Any], leaf: Leaf | None = None) -> list[Any]:
+    """The values at each of `points` of an expression that asks for no belief.
+
+    A point is a frame's number t, a hypothesis (the values of its latents), or a first picture;
+    of that `leaf` tells the predicates. What an `if`, `and` or `or` does not reach at a point is
+    not evaluated there.
+
+    A latent that plays no part is None; so is arithmetic with it, and every comparison with it is
+    false (language.md). What is OPEN leaves open what depends on it, unless the rest decides
+    (Kleene's three values).
+
+    Arrays have their own evaluator, objective/compile.py: JAX must trace it and can neither leave
+    out what is not reached nor raise at a division by 0, as the checker has to; and the checker
+    loads no array library.
     """
     match node:
         case ty.Constant(value=value) | ty.Symbol(value=value):
-            return value
+            return [value] * len(points)
         case ty.TimeIndex():
-            return t
-        case ty.TimeTable(first=first, values=values):
-            assert t is not None
-            return values[t - first]
+            return list(points)
+        case ty.TimeTable(first=first, values=table):
+            return [table[t - first] for t in points]
         case ty.LatentValue(latent=latent):
-            assert row is not None
-            return row.get(latent)
+            return [row.get(latent) for row in points]
+        case ty.Feature() if leaf is not None:
+            return [leaf(node, point) for point in points]
         case ty.Points():
-            at = evaluate(node.at, t, row)
-            return None if at is None else interpolate(at, node.xs, node.ys)
+            ats = values(node.at, points, leaf)
+            return [None if x is None else interpolate(x, node.xs, node.ys) for x in ats]
         case ty.Apply(operation="choose", arguments=(condition, then, otherwise)):
-            return evaluate(then if evaluate(condition, t, row) else otherwise, t, row)
-        case ty.Apply(operation="and"):
-            return all(evaluate(a, t, row) for a in node.arguments)
-        case ty.Apply(operation="or"):
-            return any(evaluate(a, t, row) for a in node.arguments)
+            taken = _truths(condition, points, leaf)
+            yes = iter(values(then, _where(points, taken, True), leaf))
+            no = iter(values(otherwise, _where(points, taken, False), leaf))
+            return [x if x is OPEN else next(yes) if x else next(no) for x in taken]
+        case ty.Apply(operation="and" | "or"):
+            decides = node.operation == "or"
+            truths = _truths(node.arguments[0], points, leaf)
+            for argument in node.arguments[1:]:
+                undecided = [p for p, x in zip(points, truths, strict=True) if x is not decides]
+                more = iter(_truths(argument, undecided, leaf))
+                truths = [x if x is decides else _joined(x, next(more), decides) for x in truths]
+            return truths
         case ty.Apply(operation="not"):
-            return not evaluate(node.arguments[0], t, row)
+            return [x if x is OPEN else not x for x in _truths(node.arguments[0], points, leaf)]
         case ty.Apply():
-            parts = [evaluate(a, t, row) for a in node.arguments]
-            missing = any(v is None for v in parts)
-            if node.operation in _COMPARE:
-                return not missing and _COMPARE[node.operation](*parts)
-            return None if missing else OPERATIONS[node.operation](*parts)
-    raise TypeError(f"{type(node).__name__} is not pure")
+            columns = [values(a, points, leaf) for a in node.arguments]
+            if node.axes.hypothesis or leaf is not None:
+                return _lifted(node.operation, columns)
+            return list(map(_FUNCTIONS[node.operation], *columns))
+    raise TypeError(f"{type(node).__name__} has no value here")
+
+
+def _truths(node: Any, points: Sequence[Any], leaf: Leaf | None) -> list[Any]:
+    return [x if x is OPEN else bool(x) for x in values(node, points, leaf)]
+
+
+def _joined(truth: Any, other: Any, decides: bool) -> Any:
+    """`and` or `or` of two truths, the first of which does not decide."""
+    return OPEN if truth is OPEN and other is not decides else other
+
+
+def _lifted(operation: str, columns: list[list[Any]]) -> list[Any]:
+    """An operation at each point on operands that may be OPEN or None, one list for each."""
+    found: list[Any] = []
+    for parts in zip(*columns, strict=True):
+        if any(part is OPEN for part in parts):
+            found.append(OPEN)
+        elif any(part is None for part in parts):
+            found.append(False if operation in _COMPARE else None)
+        else:
+            found.append(_FUNCTIONS[operation](*parts))
+    return found
 
 
 def interpolate(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float:
@@ -97,48 +149,14 @@ def interpolate(x: float, xs: tuple[float, ...], ys: tuple[float, ...]) -> float
     return ys[right - 1] + share * (ys[right] - ys[right - 1])
 
 
-def series(node: Any, ts: Sequence[int]) -> list[Any]:
-    """The values at each of `ts` of a pure expression without latents.
-
-    What an `if`, `and` or `or` does not reach at some t is not evaluated there.
-    """
-    match node:
-        case ty.Constant(value=value) | ty.Symbol(value=value):
-            return [value] * len(ts)
-        case ty.TimeIndex():
-            return list(ts)
-        case ty.TimeTable(first=first, values=values):
-            return [values[t - first] for t in ts]
-        case ty.Points():
-            return [interpolate(x, node.xs, node.ys) for x in series(node.at, ts)]
-        case ty.Apply(operation="choose", arguments=(condition, then, otherwise)):
-            taken = series(condition, ts)
-            yes = iter(series(then, _where(ts, taken, True)))
-            no = iter(series(otherwise, _where(ts, taken, False)))
-            return [next(yes) if x else next(no) for x in taken]
-        case ty.Apply(operation="and" | "or"):
-            undecided = node.operation == "and"
-            truths = [bool(x) for x in series(node.arguments[0], ts)]
-            for argument in node.arguments[1:]:
-                more = iter(series(argument, _where(ts, truths, undecided)))
-                truths = [bool(next(more)) if x == undecided else x for x in truths]
-            return truths
-        case ty.Apply(operation="not"):
-            return [not x for x in series(node.arguments[0], ts)]
-        case ty.Apply():
-            operation = _COMPARE.get(node.operation) or OPERATIONS[node.operation]
-            return list(map(operation, *(series(a, ts) for a in node.arguments)))
-    raise TypeError(f"{type(node).__name__} does not depend on t alone")
-
-
-def _where(ts: Sequence[int], truths: Sequence[object], wanted: bool) -> list[int]:
-    return [t for t, truth in zip(ts, truths, strict=True) if bool(truth) == wanted]
+def _where(points: Sequence[Any], truths: Sequence[object], wanted: bool) -> list[Any]:
+    return [point for point, truth in zip(points, truths, strict=True) if truth is wanted]
 
 
 def may_be(node: Any, ts: Sequence[int], wanted: bool) -> list[int]:
     """Those of `ts` at which a condition may be `wanted`; what beliefs decide may be either."""
     if is_pure(node) and not node.axes.hypothesis:
-        return _where(ts, series(node, ts), wanted)
+        return _where(ts, _truths(node, ts, None), wanted)
     match node:
         case ty.Apply(operation="not"):
             return may_be(node.arguments[0], ts, not wanted)
@@ -179,51 +197,43 @@ def _combine(operation: str, lines: list[Any]) -> tuple[float, float] | None:
 
 
 class NotFiniteError(ArithmeticError):
-    """A part of an expression, `node`, has no finite value at frame `t`, or under the hypothesis
-    `row`."""
+    """A part of an expression, `node`, has no finite value at a point: a frame or a hypothesis."""
 
-    def __init__(self, node: Any, t: int | None, row: Row | None = None):
+    def __init__(self, node: Any, point: Any):
         super().__init__()
         self.node = node
-        self.t = t
-        self.row = row
+        self.point = point
 
 
-def table(node: Any, ts: Sequence[int]) -> list[float]:
-    """The values of an expression of t, as numbers. Raises NotFiniteError."""
+def finite_values(node: Any, points: Sequence[Any]) -> list[Any]:
+    """The values at each of `points`, None where a latent plays no part. Raises NotFiniteError."""
     try:
-        values = [float(v) for v in series(node, ts)]
+        found = values(node, points)
+        if all(map(_is_finite, found)):
+            return found
     except (ArithmeticError, ValueError):
-        values = [math.nan]
-    if not all(map(math.isfinite, values)):
-        t = next(t for t in ts if not _is_finite(node, t))
-        raise NotFiniteError(_culprit(node, t), t)
-    return values
+        pass
+    point = next(point for point in points if not _has_value(node, point))
+    raise NotFiniteError(_culprit(node, point), point)
 
 
-def by_hypothesis(node: Any, rows: Sequence[Row]) -> list[Any]:
-    """The values of an expression of latents, None where one plays no part. Raises
-    NotFiniteError."""
-    for row in rows:
-        if not _is_finite(node, None, row):
-            raise NotFiniteError(_culprit(node, None, row), None, row)
-    return [evaluate(node, None, row) for row in rows]
+def _is_finite(value: Any) -> bool:
+    return value is None or isinstance(value, str) or math.isfinite(value)
 
 
-def _is_finite(node: Any, t: int | None, row: Row | None = None) -> bool:
+def _has_value(node: Any, point: Any) -> bool:
     try:
-        value = evaluate(node, t, row)
-        return value is None or isinstance(value, str) or math.isfinite(float(value))
+        return _is_finite(evaluate(node, point))
     except (ArithmeticError, ValueError):
         return False
 
 
-def _culprit(node: Any, t: int | None, row: Row | None = None) -> Any:
-    """The innermost part of an expression that has no finite value at t."""
+def _culprit(node: Any, point: Any) -> Any:
+    """The innermost part of an expression that has no finite value at a point."""
     parts: tuple[Any, ...] = node.arguments if isinstance(node, ty.Apply) else ()
-    if isinstance(node, ty.Apply) and node.operation == "choose" and _is_finite(parts[0], t, row):
-        parts = (parts[1] if evaluate(parts[0], t, row) else parts[2],)
-    return next((_culprit(p, t, row) for p in parts if not _is_finite(p, t, row)), node)
+    if isinstance(node, ty.Apply) and node.operation == "choose" and _has_value(parts[0], point):
+        parts = (parts[1] if evaluate(parts[0], point) else parts[2],)
+    return next((_culprit(p, point) for p in parts if not _has_value(p, point)), node)
 
 
 def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> Any:
@@ -236,11 +246,11 @@ def fold_time(node: Any, times: range, reached: Sequence[int] | None = None) -> 
         return node
     ts = times if reached is None else reached
     if is_pure(node) and node.axes == ty.TIME:
-        values = table(node, ts)
+        numbers = list(map(float, finite_values(node, ts)))
         if reached is not None:
-            known = dict(zip(ts, values, strict=True))
-            values = [known.get(t, 0.0) for t in times]
-        return ty.TimeTable(times.start, tuple(values))
+            known = dict(zip(ts, numbers, strict=True))
+            numbers = [known.get(t, 0.0) for t in times]
+        return ty.TimeTable(times.start, tuple(numbers))
     if isinstance(node, ty.Apply) and node.operation == "choose":
         condition, then, otherwise = node.arguments
         folded = (
@@ -266,8 +276,8 @@ def fold_hypotheses(node: Any, rows: tuple[Row, ...], mask: ty.Mask) -> Any:
     """
     if is_pure(node) and node.axes == ty.HYPOTHESIS:
         taken = [row for row, holds in zip(rows, mask, strict=True) if holds]
-        values = iter(by_hypothesis(node, taken))
-        numbers = [next(values) if holds else 0.0 for holds in mask]
+        known = iter(finite_values(node, taken))
+        numbers = [next(known) if holds else 0.0 for holds in mask]
         return ty.PerHypothesis(tuple(0.0 if v is None else float(v) for v in numbers))
     if isinstance(node, ty.Apply):
         folded = tuple(fold_hypotheses(a, rows, mask) for a in node.arguments)

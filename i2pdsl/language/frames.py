@@ -11,7 +11,7 @@ from i2pdsl.errors import did_you_mean
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaboration import INSIDE, KINDS, Item, LeavesAtZero, Stop
-from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, is_pure, table
+from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, finite_values, is_pure
 from i2pdsl.language.predicates import Predicates
 from i2pdsl.language.scope import Env
 
@@ -204,7 +204,7 @@ class Frames(Predicates):
                 self.check_frames(every, lowest, longest, index, env)
             return ty.Moment(turns, numbers, env.times.start)
         try:
-            exact = table(value, env.ts)
+            exact = list(map(float, finite_values(value, env.ts)))
         except NotFiniteError as problem:
             raise self.not_finite(problem, index, env) from None
         frames = self.whole_numbers(exact, env.ts, index, env)

@@ -9,7 +9,7 @@ from math import isfinite
 from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.elaborate import Elaborator, Stop
-from i2pdsl.language.evaluate import evaluate, is_pure
+from i2pdsl.language.evaluate import is_pure, values
 from i2pdsl.language.scope import Env
 from i2pdsl.language.story import Observer, SearchPlan
 from i2pdsl.language.vocabulary import Setting, SettingValue
@@ -189,7 +189,7 @@ class Settings:
         if is_pure(value) and not value.axes.time:
             rows = self.elaborator.world.hypotheses
             with suppress(ArithmeticError, ValueError):  # 1 / rho
-                weights = [evaluate(value, None, row) for row in rows]
+                weights = values(value, rows)
         if not weights or not all(_is_weight(w) for w in weights) or not any(weights):
             message = "a prior is a number for each hypothesis, at least 0 and not 0 everywhere"
             hint = "for instance `prior = if rho > 0 then 2 else 1`"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from i2pdsl.language import typed as ty
-from i2pdsl.language.evaluate import evaluate, is_pure
+from i2pdsl.language.evaluate import OPEN, evaluate
 from i2pdsl.language.vocabulary import Vocabulary
 
 Cell = tuple[int, int]
@@ -16,13 +16,15 @@ _USUAL = 20  # parts of a condition; of longer ones fewer states are tried
 def can_start(condition: ty.Typed, world: Vocabulary) -> bool | None:
     """Whether some state fulfils a condition of `at`, `absent` and `adjacent`.
 
-    None where that cannot be told quickly. Places one entity after another, first those that the
-    condition speaks of, and goes back as soon as it must be false.
+    None where that cannot be told quickly, or not from a map alone. Places one entity after
+    another, first those that the condition speaks of, and goes back as soon as it must be false.
     """
     entities = (*world.characters, *world.things)
     named = {a for n in ty.walk(condition) if isinstance(n, ty.Feature) for a in n.arguments}
     order = sorted(range(len(entities)), key=lambda e: (e not in named, e))
     cells = sorted(world.free)
+    if not cells:
+        return None
     cost = sum(1 for _ in ty.walk(condition))  # of one trial
     trials = 0
 
@@ -31,10 +33,14 @@ def can_start(condition: ty.Typed, world: Vocabulary) -> bool | None:
         trials += 1
         if trials * max(cost, _USUAL) > MOST_TRIALS * _USUAL:
             return None
-        if _holds(condition, placed) is False:
+        try:
+            holds = evaluate(condition, placed, _feature)
+        except (ArithmeticError, ValueError):  # 1/(if at(robot, pink) then 0 else 1) > 0
+            return None
+        if holds is False:
             return False
         if len(placed) == len(order):
-            return True
+            return None if holds is OPEN else True
         entity = order[len(placed)]
         taken = set(placed.values())
         options: list[Cell | None] = [c for c in cells if c not in taken]
@@ -49,32 +55,11 @@ def can_start(condition: ty.Typed, world: Vocabulary) -> bool | None:
     return place({})
 
 
-def _holds(node: Any, placed: dict[int, Cell | None]) -> bool | None:
-    """The condition's truth where only some entities are placed; None where it is open."""
-    match node:
-        case ty.Apply(operation="not"):
-            value = _holds(node.arguments[0], placed)
-            return None if value is None else not value
-        case ty.Apply(operation="and" | "or"):
-            decisive = node.operation == "or"
-            values = [_holds(a, placed) for a in node.arguments]
-            if decisive in values:
-                return decisive
-            return None if None in values else not decisive
-        case ty.Apply(operation="choose", arguments=(condition, then, otherwise)):
-            taken = _holds(condition, placed)
-            if taken is None:
-                return None
-            return _holds(then if taken else otherwise, placed)
-        case ty.Feature():
-            return _feature(node, placed)
-    return bool(evaluate(node)) if is_pure(node) else None
-
-
-def _feature(node: ty.Feature, placed: dict[int, Cell | None]) -> bool | None:
+def _feature(node: ty.Feature, placed: dict[int, Cell | None]) -> Any:
+    """A predicate's truth where only some entities are placed; OPEN where it is not known."""
     entities = [a for a in node.arguments if isinstance(a, int)]
     if any(e not in placed for e in entities):
-        return None
+        return OPEN
     cells = [placed[e] for e in entities]
     if node.predicate == "absent":
         return cells[0] is None
@@ -86,4 +71,4 @@ def _feature(node: ty.Feature, placed: dict[int, Cell | None]) -> bool | None:
         if first is None or other is None:
             return False
         return abs(first[0] - other[0]) + abs(first[1] - other[1]) == 1
-    return None
+    return OPEN

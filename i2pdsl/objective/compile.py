@@ -236,10 +236,16 @@ class Compiler:
         return value
 
     def _feature(self, node: ty.Feature) -> Closure:
-        assert node.moment is not None
         name = node.predicate
         arguments = [self._argument(a) for a in self.world.feature_arguments(name, node.arguments)]
         self.shape.append(name)
+
+        def asked(scope: Scope, state: Array, before: Array | None, action: Array | None) -> Array:
+            given = tuple(a(scope) for a in arguments)
+            return scope.world.feature(scope.tables, name, given, state, before, action) * 1.0
+
+        if node.moment is None:  # of a first picture
+            return lambda scope: asked(scope, scope.state, None, None)
         moment = self.moment(node.moment)
 
         def value(scope: Scope) -> Array:
@@ -247,11 +253,8 @@ class Compiler:
             if view.frame is None:
                 return scope.xp.zeros(())
             frame = view.frame
-            given = tuple(a(scope) for a in arguments)
-            holds = scope.world.feature(
-                scope.tables, name, given, frame.state, frame.before, frame.action
-            )
-            return _where_exists(scope, view.exists, holds * 1.0)
+            holds = asked(scope, frame.state, frame.before, frame.action)
+            return _where_exists(scope, view.exists, holds)
 
         return value
 

@@ -22,9 +22,11 @@ class PictureFiles:
     Attributes:
         title: of all pictures.
         names: of the comic, the page and the film, without suffix.
+        offered: the formats that there are of this kind of world.
     """
 
     title: str
+    offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
 
     @property
@@ -51,7 +53,7 @@ class PictureFiles:
     def save(
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
     ) -> dict[str, Path]:
-        """Writes the pictures of the formats asked for; returns name -> path."""
+        """Writes the pictures of the formats asked for that there are; returns name -> path."""
         return dict(self.drawn(folder, formats, progress))
 
     def drawn(
@@ -64,6 +66,7 @@ class PictureFiles:
         from i2pdsl.render.video import FilmError
 
         comic, page, film = self.names
+        formats = tuple(each for each in formats if each in self.offered)
         if "png" in formats or "svg" in formats:
             yield from self._still(folder, formats, comic)
         if "html" in formats:

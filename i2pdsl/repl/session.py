@@ -189,7 +189,7 @@ class Session:
 
     def open(self, path: str) -> Reply:
         """Opens a story, whose script is made when it is first asked about, or a script."""
-        from i2pdsl.commands.inputs import is_script
+        from i2pdsl.worlds.record import is_script
 
         source = read_source(path)
         if not path.endswith(".story") and is_script(source):

@@ -23,8 +23,7 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.programs import Program, Say, compiled_program
 from i2pdsl.search.rollout import Node, children, root, scores
-from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid.planning import memory_limit
+from i2pdsl.sizes import memory_limit, padded_size
 from i2pdsl.worlds.world import World, single_precision
 
 Array = Any

@@ -15,6 +15,7 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.story import TypedStory
 from i2pdsl.objective.fold import Objective
+from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import story_objective
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import Trajectory
@@ -39,7 +40,7 @@ class Task:
     @cached_property
     def starts(self) -> np.ndarray:
         """The initial states that the story allows. Raises StoryError where there is none."""
-        allowed = self.world.starts(self.story.start)
+        allowed = allowed_starts(self.world, self.story.start)
         if not len(allowed):
             whole = whole_file(self.story.source.name)
             raise error("start", "no state of the world fulfils the `start` condition", whole)

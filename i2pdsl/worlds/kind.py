@@ -186,7 +186,7 @@ class Kind(ABC):
     def played(
         self, world: Any, module: Module, path: Trajectory, typed: str
     ) -> tuple[Trajectory, str]:
-        """A script with what was typed behind `play`, and that as it is said.
+        """A script with what was typed behind `play`, and that in words, in brackets.
 
         Raises StoryError with places in Source("play", typed).
         """

@@ -129,6 +129,11 @@ def empty(world: World, start: Any) -> Trajectory:
     return Trajectory(np.zeros((0, *world.action_shape), start.dtype), start[None])
 
 
+def is_script(source: Source) -> bool:
+    """Whether a text is meant as a script: JSON, or in a file of that name."""
+    return source.name.endswith(".json") or source.text.lstrip().startswith("{")
+
+
 def read_record(path: Path | str) -> Record:
     """Reads a script file. Raises StoryError for anything that is not one."""
     source = read_source(path)

@@ -64,8 +64,8 @@ class World(Protocol):
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
-    def starts(self, condition: Any) -> Array:
-        """The initial states that fulfil a `start` condition."""
+    def starts(self) -> np.ndarray:
+        """All initial states; objective/starts.py leaves those that fulfil a `start`."""
 
     @property
     def vocabulary(self) -> Vocabulary: ...
@@ -114,8 +114,8 @@ class World(Protocol):
         """The states after each event in each place, and whether it can happen: [..., events x
         slots]."""
 
-    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> Array:
-        """What a descent begins with, [seeds, length, *action_shape]."""
+    def guesses(self, length: int, seeds: int, noise: float, seed: int, state: Array) -> Array:
+        """What a descent from a state begins with, [seeds, length, *action_shape]."""
 
     def no_action(self, state: Array) -> Array:
         """An action of the right shape for frame 0, which has none."""

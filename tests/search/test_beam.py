@@ -11,6 +11,7 @@ import reference
 from i2pdsl import programs
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.replay import replay
+from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import story_from
 from i2pdsl.search import beam
@@ -187,7 +188,7 @@ def test_interruption_keeps_what_was_found(pair: Pair, monkeypatch: pytest.Monke
 def test_scripts_of_a_search_are_valid_and_use_only_allowed_events(pair: Pair) -> None:
     text = "world w\nlength 6\nstart absent(table)\nallow deus(table)\nmaximize arc(robot)"
     story = pair.story(text)
-    allowed = pair.world.starts(story.start)
+    allowed = allowed_starts(pair.world, story.start)
     assert (pair.world.dynamics.cells[allowed, 2] == pair.world.dynamics.absent).all()
     found = search(pair, text, draw_starts(allowed, 10, seed=0))
     for start, actions in zip(found.starts, found.actions, strict=True):

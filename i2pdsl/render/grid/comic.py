@@ -21,6 +21,7 @@ from i2pdsl.render.grid.sprites import actor_tint
 from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Beat, Cell, Stage
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
+from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.raster import text_width
 
 # ------------------------------------------------------------------------------ choosing frames
@@ -115,7 +116,6 @@ def _cheapest_path(cost: np.ndarray, count: int) -> list[int]:
 
 # -------------------------------------------------------------------------------- the strip
 
-GUTTER, TEXT, TITLE = 18.0, 14.0, 24.0  # pixels
 LINES = 3  # of a caption, at most, and as many as long names are cut into
 SMALL = 12.0  # pixels for a cell below which a map is better drawn larger, if it can be
 WIDEST, TALLEST = 2600.0, 1400.0  # pixels of all panels in a row, and of one
@@ -192,11 +192,6 @@ def _fitted(stage: Stage, count: int, columns: int | None) -> tuple[int, float]:
 
     best = max(choices, key=lambda number: (round(size(number), 1), number))
     return best, size(best)
-
-
-def columns_of(count: int) -> int:
-    """Panels in a row: four of eight, three of six."""
-    return count if count <= 4 else 3 if count in (5, 6, 9) else 4
 
 
 # ------------------------------------------------------------------------------ inside a panel

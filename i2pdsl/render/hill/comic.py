@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from i2pdsl.render.grid.comic import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.hill.figures import CRATES
 from i2pdsl.render.hill.performance import Performance, key_frames, units
 from i2pdsl.render.hill.scene import View, scene_svg, view_of
 from i2pdsl.render.ink import INK
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.mind import WINDOW, Window
+from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.raster import text_width
 
 PANEL = 360.0  # pixels wide

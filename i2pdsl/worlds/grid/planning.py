@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.planning.problem import Answer, Problem, boltzmann, expected_reward, residual_at
+from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
@@ -109,17 +108,6 @@ def check_memory(spec: GridSpec) -> None:
             f"more than can be numbered ({LARGEST_INDEX:,})"
         )
         raise error("too-large", message, whole, hint)
-
-
-def memory_limit() -> int:
-    """Bytes that may be used: 80 % of the machine's memory, or of the container's share."""
-    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    for name in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
-        try:
-            total = min(total, int(Path(name).read_text(encoding="ascii")))
-        except (OSError, ValueError):
-            continue
-    return int(total * 0.8)
 
 
 def load_or_plan(

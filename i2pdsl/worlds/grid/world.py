@@ -162,36 +162,13 @@ class GridWorld:
         entities = self.spec.entities
         return tuple(self.moves.events.index(entities.index(thing)) for _, thing in allowed)
 
-    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> NoReturn:
+    def guesses(
+        self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
+    ) -> NoReturn:
         raise NotImplementedError("actions are listed, not descended to")
 
-    # The start.
-
-    def starts(self, condition: ty.Typed | None) -> np.ndarray:
-        """The states that fulfil the `start` condition, in order."""
-        states = np.arange(self.dynamics.state_count)
-        if condition is None:
-            return states
-        return states[np.broadcast_to(self._holds(condition, states), states.shape)]
-
-    def _holds(self, node: Any, states: np.ndarray) -> np.ndarray:
-        match node:
-            case ty.Feature():
-                arguments = self.feature_arguments(node.predicate, node.arguments)
-                return np.asarray(self.feature(self.tables, node.predicate, arguments, states))
-            case ty.Constant(value=value):
-                return np.asarray(value)
-            case ty.Apply(operation=operation, arguments=arguments):
-                parts = [self._holds(a, states) for a in arguments]
-                if operation == "not":
-                    return ~parts[0]
-                if operation == "choose":
-                    return np.where(*parts)
-                result = parts[0]
-                for part in parts[1:]:
-                    result = result & part if operation == "and" else result | part
-                return result
-        raise TypeError(f"{type(node).__name__} is no condition of a start")
+    def starts(self) -> np.ndarray:
+        return np.arange(self.dynamics.state_count)
 
 
 def build_world(

@@ -13,10 +13,8 @@ above its greatest speed it is cut to it, and walls and the other character may 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any
-
-from i2pdsl.language.vocabulary import Vocabulary
+from itertools import pairwise
+from typing import Any, ClassVar
 
 KIND = "plane"
 NO_GOAL = "none"
@@ -37,7 +35,7 @@ class Wall:
     def segments(self) -> tuple[tuple[Point, Point], ...]:
         """Its straight parts, from point to point."""
         ends = (*self.points, self.points[0]) if self.closed else self.points
-        return tuple(zip(ends[:-1], ends[1:], strict=True))
+        return tuple(pairwise(ends))
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ class PlaneSpec:
     floor: str = "#f1e8d8"
     documentation: str = ""
     source: str = ""
-    kind: str = KIND
+    kind: ClassVar[str] = KIND
 
     @property
     def segments(self) -> tuple[tuple[Point, Point], ...]:
@@ -118,10 +116,3 @@ class PlaneSpec:
     def with_settings(self, changes: dict[str, Any]) -> PlaneSpec:
         """The same plane with some of its numbers replaced."""
         return replace(self, settings=replace(self.settings, **changes))
-
-    @cached_property
-    def vocabulary(self) -> Vocabulary:
-        """The words of this plane."""
-        from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
-
-        return plane_vocabulary(self)

@@ -1,0 +1,504 @@
+"""What happens in a plane, and what viewers make of it: pure functions of NumPy or JAX arrays.
+
+States and actions as in worlds/plane/spec.py. n characters, P places, W segments of walls,
+K nodes of the quadrature, O observers, H hypotheses. docs/plane.md tells the mathematics.
+
+A frame in which a character moves by u costs it (|u|^2 + s^2) / (2 s), s being the speed that it
+likes: the square of its velocity, and the time. So the cost to go of who wants to be somewhere is
+the length of the shortest way there, and s is the best speed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from i2pdsl.audience.filter import log_sum
+from i2pdsl.worlds.plane.geometry import nearest_on, norm
+
+Array = Any
+
+SOFTNESS = 0.02  # units over which contact sets in
+PREDICATE_SOFTNESS = 0.2  # units over which the smooth step of a predicate rises
+TOUCH = 0.05  # units between the edges of two that touch
+MOVED = 0.005  # units in a frame that are seen as a motion
+CONTACTS = 2  # rounds of pushing apart in a frame
+PI = math.pi
+
+
+class Cast(NamedTuple):
+    """What a compiled program depends on: how many characters there are, which of them has an
+    attitude, and how viewers weigh what they see (spec.py, `observer`)."""
+
+    count: int
+    social: int | None
+    steps: bool
+    paths: bool
+
+
+class Plans(NamedTuple):
+    """What one character can be after, M plans, as weights of all costs that there are.
+
+    What can be wanted is, in this order: each place, nothing, and of two characters to be near the
+    other or far from it: D in all.
+
+    Attributes:
+        own [D, M]: 1 for what it wants.
+        theirs [D, M]: its attitude, for what the other wants as it knows.
+        spots [2 P, M]: 1 for where it must be to help (p) or hinder (P + p) the other on its way
+            to place p.
+        rows [M + 1, H]: 1 for its plan under each hypothesis; M: it moves at random.
+    """
+
+    own: Array
+    theirs: Array
+    spots: Array
+    rows: Array
+
+
+class Tables(NamedTuple):
+    """The numbers of a plane.
+
+    Attributes:
+        size [2]; walls [W, 2, 2]; places [P, 2]; place_radius [P].
+        radius, speed, fastest, mass [n].
+        detours: for each character [rows, columns, P]: by how much its shortest way to each place
+            is longer than the straight line; empty where there are no walls.
+        detour_scale [n, 2]: nodes per unit.
+        pairs: for each character [rows, columns, rows, columns], the same between any two points;
+            empty where there are no walls or nobody else.
+        pair_scale [n, 2].
+        plans: of each character.
+        safe: the distance at which who avoids the other is content.
+        beta [O]; by_path [O]: whether an observer weighs the path rather than steps.
+        nodes [K, 2]: of a quadrature over the unit disc; log_weights [K].
+        log_prior [O, H]; forgetting [O].
+    """
+
+    size: Array
+    walls: Array
+    places: Array
+    place_radius: Array
+    radius: Array
+    speed: Array
+    fastest: Array
+    mass: Array
+    detours: tuple[Array, ...]
+    detour_scale: Array
+    pairs: tuple[Array, ...]
+    pair_scale: Array
+    plans: tuple[Plans, ...]
+    safe: Array
+    beta: Array
+    by_path: Array
+    nodes: Array
+    log_weights: Array
+    log_prior: Array
+    forgetting: Array
+
+
+# What happens.
+
+
+def in_pairs(numbers: Array, count: int) -> Array:
+    """The first two numbers of each character: [..., 2 n or more] as [..., n, 2]."""
+    return numbers[..., : 2 * count].reshape(*numbers.shape[:-1], count, 2)
+
+
+def _soft_depth(gap: Array) -> Array:
+    """How far two bodies are pushed apart whose edges are so far apart; smooth at 0."""
+    xp = gap.__array_namespace__()
+    between = (SOFTNESS - xp.clip(gap, -SOFTNESS, SOFTNESS)) ** 2 / (4 * SOFTNESS)
+    return between + xp.maximum(-SOFTNESS - gap, 0.0)
+
+
+def _direction(apart: Array) -> tuple[Array, Array]:
+    """Lengths [...] and unit vectors [..., 2]; 0 where the length is 0."""
+    xp = apart.__array_namespace__()
+    length = norm(apart)
+    return length, apart / xp.where(length > 0, length, 1.0)[..., None]
+
+
+def _out_of_walls(tables: Tables, places: Array) -> Array:
+    """Places of all characters pushed out of walls, and back into the plane: [..., n, 2]."""
+    xp = places.__array_namespace__()
+    if tables.walls.shape[0]:
+        for _ in range(2):  # in a corner there are two walls
+            apart = places[..., None, :] - nearest_on(tables.walls, places)
+            lengths = norm(apart)
+            nearest = lengths == lengths.min(-1, keepdims=True)
+            chosen = xp.where(nearest[..., None], apart, 0.0).sum(-2) / nearest.sum(-1)[..., None]
+            length, away = _direction(chosen)
+            places = places + _soft_depth(length - tables.radius)[..., None] * away
+    margin = tables.radius[:, None]
+    return xp.clip(places, margin, tables.size - margin)
+
+
+def _apart(tables: Tables, places: Array) -> Array:
+    """Places of two characters that have pushed each other apart, [..., 2, 2]."""
+    xp = places.__array_namespace__()
+    distance, way = _direction(places[..., 1, :] - places[..., 0, :])
+    depth = _soft_depth(distance - tables.radius.sum())[..., None] * way
+    share = tables.mass[1] / tables.mass.sum()
+    return places + xp.stack([-share * depth, (1 - share) * depth], axis=-2)
+
+
+def limited(tables: Tables, velocities: Array) -> Array:
+    """Velocities [..., n, 2], cut to the characters' greatest speeds."""
+    xp = velocities.__array_namespace__()
+    speed = norm(velocities)
+    above = speed > tables.fastest
+    return (
+        velocities * xp.where(above, tables.fastest / xp.where(above, speed, 1.0), 1.0)[..., None]
+    )
+
+
+def transition(tables: Tables, cast: Cast, state: Array, action: Array) -> Array:
+    """The state after a frame, [..., 4 n]."""
+    xp = state.__array_namespace__()
+    before = in_pairs(state, cast.count)
+    places = before + limited(tables, in_pairs(action, cast.count))
+    for _ in range(CONTACTS if cast.count == 2 else 1):
+        if cast.count == 2:
+            places = _apart(tables, places)
+        places = _out_of_walls(tables, places)
+    shape = (*places.shape[:-2], 2 * cast.count)
+    return xp.concatenate([places.reshape(shape), (places - before).reshape(shape)], axis=-1)
+
+
+# Ways.
+
+
+def _cell(scale: Array, rows: int, columns: int, place: Array) -> tuple[Array, Array, Array]:
+    """The grid's cell about a place: its four nodes' numbers [..., 4], their shares in a bilinear
+    interpolation [..., 4], and the gradients of these [..., 4, 2]."""
+    xp = place.__array_namespace__()
+    x, y = place[..., 0] * scale[0], place[..., 1] * scale[1]
+    column, row = xp.clip(xp.floor(x), 0, columns - 2), xp.clip(xp.floor(y), 0, rows - 2)
+    right, up = x - column, y - row
+    left, down = 1 - right, 1 - up
+    first = (row * columns + column).astype(xp.int32)
+    numbers = xp.stack([first, first + 1, first + columns, first + columns + 1], axis=-1)
+    shares = xp.stack([left * down, right * down, left * up, right * up], axis=-1)
+    east = xp.stack([-down, down, -up, up], axis=-1) * scale[0]
+    north = xp.stack([-left, -right, left, right], axis=-1) * scale[1]
+    return numbers, shares, xp.stack([east, north], axis=-1)
+
+
+def _detours(tables: Tables, who: int, place: Array) -> tuple[Array, Array]:
+    """By how much the ways to all places are longer than straight lines, [..., P], and the
+    gradients of that [..., P, 2]."""
+    table = tables.detours[who]
+    rows, columns, count = table.shape
+    numbers, shares, slopes = _cell(tables.detour_scale[who], rows, columns, place)
+    found = table.reshape(-1, count)[numbers]  # [..., 4, P]
+    longer = (found * shares[..., None]).sum(-2)
+    return longer, (found[..., None] * slopes[..., None, :]).sum(-3)
+
+
+def _pair_detours(tables: Tables, who: int, start: Array, end: Array) -> tuple[Array, Array, Array]:
+    """By how much the way between two points is longer than a straight line, [...], and the
+    gradients by each of them, [..., 2]. The points may have different leading axes."""
+    table = tables.pairs[who]
+    rows, columns = table.shape[:2]
+    scale = tables.pair_scale[who]
+    numbers, shares, slopes = _cell(scale, rows, columns, start)
+    others, other_shares, other_slopes = _cell(scale, rows, columns, end)
+    pair = numbers[..., :, None] * (rows * columns) + others[..., None, :]
+    found = table.reshape(-1)[pair]  # [..., 4, 4]
+    by_start = (found * other_shares[..., None, :]).sum(-1)
+    by_end = (found * shares[..., :, None]).sum(-2)
+    longer = (by_start * shares).sum(-1)
+    first = (by_start[..., None] * slopes).sum(-2)
+    return longer, first, (by_end[..., None] * other_slopes).sum(-2)
+
+
+def ways_to_places(tables: Tables, who: int, place: Array) -> Array:
+    """The lengths of a character's shortest ways to all places, [..., P]."""
+    straight = norm(place[..., None, :] - tables.places)
+    return straight + _detours(tables, who, place)[0] if tables.walls.shape[0] else straight
+
+
+def _around(radius: Array, start: Array, end: Array) -> tuple[Array, Array]:
+    """The length of the way from a point to one on a circle about the origin that does not cross
+    it (straight, or along the tangent and the arc), and its gradient by the first: [...], [..., 2].
+    """
+    xp = start.__array_namespace__()
+    distance, outward = _direction(start)
+    distance = xp.maximum(distance, 1.001 * radius)
+    cross = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
+    dot = (start * end).sum(-1)
+    angle = xp.arctan2(xp.abs(cross), xp.where((cross == 0) & (dot == 0), 1.0, dot))
+    seen = xp.arccos(radius / distance)  # how far round the circle is in sight
+    tangent = xp.sqrt(distance**2 - radius**2)
+    straight, back = _direction(start - end)
+    # Away from the end, across the line to the origin.
+    side = xp.where(cross > 0, 1.0, -1.0)[..., None]
+    sideways = side * xp.stack([outward[..., 1], -outward[..., 0]], axis=-1)
+    slope = (tangent / distance)[..., None] * outward + (radius / distance)[..., None] * sideways
+    direct = angle < seen
+    length = xp.where(direct, straight, tangent + radius * (angle - seen))
+    return length, xp.where(direct[..., None], back, slope)
+
+
+class Outlook(NamedTuple):
+    """What characters know from where they are: ways to first order about their places now.
+
+    Where there are no walls, or nobody is social, the parts about them are None.
+
+    Attributes:
+        places [..., n, 2]: where they are.
+        longer, slope: for each character the detours to all places, [..., P] and [..., P, 2].
+        between: for each character the detour to the other, and its gradients by both.
+        spots: the social character's ways to where it can help or hinder, [..., 2 P], and their
+            gradients by its place, [..., 2 P, 2]; by that of the other where walls are in the way
+            they are taken to be opposite.
+    """
+
+    places: Array
+    longer: tuple[Array, ...] | None
+    slope: tuple[Array, ...] | None
+    between: tuple[tuple[Array, Array, Array], ...] | None
+    spots: tuple[Array, Array] | None
+
+
+def outlook(tables: Tables, cast: Cast, state: Array) -> Outlook:
+    """What characters know from a state."""
+    places = in_pairs(state, cast.count)
+    one = [places[..., who, :] for who in range(cast.count)]
+    longer = slope = between = None
+    if tables.walls.shape[0]:
+        found = [_detours(tables, who, one[who]) for who in range(cast.count)]
+        longer, slope = tuple(f[0] for f in found), tuple(f[1] for f in found)
+        if cast.count == 2:
+            between = tuple(_pair_detours(tables, w, one[w], one[1 - w]) for w in (0, 1))
+    spots = None
+    if cast.social is not None:
+        spots = _ways_to_spots(tables, cast.social, one, slope)
+    return Outlook(places, longer, slope, between, spots)
+
+
+def _ways_to_spots(
+    tables: Tables, social: int, places: list[Array], slope: tuple[Array, ...] | None
+) -> tuple[Array, Array]:
+    """How far the social character has to go to where it can push the other towards each place
+    (behind it) or keep it away (before it), and the gradients: [..., 2 P], [..., 2 P, 2]."""
+    xp = places[0].__array_namespace__()
+    me, other = places[social], places[1 - social]
+    _, away = _direction(other[..., None, :] - tables.places)
+    if slope is not None:
+        away = _direction(away + slope[1 - social])[1]
+    touch = tables.radius.sum()
+    spots = touch * xp.concatenate([away, -away], axis=-2)  # [..., 2 P, 2], from the other
+    me, other = me[..., None, :], other[..., None, :]
+    length, gradient = _around(touch, xp.broadcast_to(me - other, spots.shape), spots)
+    if slope is None:
+        return length, gradient
+    longer, by_me, _ = _pair_detours(tables, social, me, other + spots)
+    return length + longer, gradient + by_me
+
+
+# What it costs.
+
+
+def _own_costs(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
+    """A character's cost to go for each thing that it can want, [..., D]; see costs_to_go."""
+    xp = then.__array_namespace__()
+    here = then[..., who, :]
+    shift = then - known.places[..., None, :, :]
+    cost = norm(here[..., None, :] - tables.places)
+    if known.longer is not None:
+        drift = shift[..., who, :] @ xp.swapaxes(known.slope[who], -1, -2)
+        cost = cost + known.longer[who][..., None, :] + drift
+    parts = [cost, here[..., :1] * 0]
+    if cast.count == 2:
+        apart = norm(here - then[..., 1 - who, :])[..., None]
+        if known.between is not None:
+            longer, mine, theirs = known.between[who]
+            drift = (
+                shift[..., who, :] @ mine[..., None] + shift[..., 1 - who, :] @ theirs[..., None]
+            )
+            apart = apart + longer[..., None, None] + drift
+        parts.append(xp.maximum(apart - tables.radius.sum(), 0.0))
+        parts.append(xp.maximum(tables.safe - apart, 0.0))
+    return xp.concatenate(parts, axis=-1)
+
+
+def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
+    """What a character still has to pay in each of its plans where all are at `then`, [..., K, M].
+
+    The social one pays for its own goal, `rho` times what the other has to pay, and for the way to
+    where it can help or hinder it. Straight ways are exact; detours and ways to those spots are
+    taken to first order about the places where they were looked at.
+
+    Args:
+        then [..., K, n, 2]: places near those of the outlook.
+    """
+    xp = then.__array_namespace__()
+    plans = tables.plans[who]
+    own = _own_costs(tables, cast, who, known, then) @ plans.own
+    if known.spots is None or who != cast.social:
+        return own
+    theirs = _own_costs(tables, cast, 1 - who, known, then) @ plans.theirs
+    length, gradient = known.spots
+    shift = then - known.places[..., None, :, :]
+    nearer = shift[..., who, :] - shift[..., 1 - who, :]
+    ways = xp.maximum(length[..., None, :] + nearer @ xp.swapaxes(gradient, -1, -2), 0.0)
+    return own + theirs + ways @ plans.spots
+
+
+def costs_here(tables: Tables, cast: Cast, who: int, known: Outlook) -> Array:
+    """The same where they are, [..., M]."""
+    return costs_to_go(tables, cast, who, known, known.places[..., None, :, :])[..., 0, :]
+
+
+def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
+    """A character's value of a state, minus its cost to go: [..., O, H]; 0 for one that moves at
+    random."""
+    xp = state.__array_namespace__()
+    known = outlook(tables, cast, state)
+    cost = costs_here(tables, cast, who, known)
+    found = xp.concatenate([-cost, cost[..., :1] * 0], axis=-1) @ tables.plans[who].rows
+    return xp.broadcast_to(found[..., None, :], (*state.shape[:-1], *tables.log_prior.shape))
+
+
+# What viewers make of it.
+
+
+def step_cost(tables: Tables, who: int, velocity: Array) -> Array:
+    """What a frame costs a character that tries a velocity, at most its greatest: [...]."""
+    speed = tables.speed[who]
+    return ((velocity**2).sum(-1) + speed**2) / (2 * speed)
+
+
+def lookahead(
+    tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array, tried: Array
+) -> Array:
+    """What a frame and all after it cost a character in each plan, [..., K, M], if it tries each
+    of the velocities [..., K, 2] while the other does as it does. Walls are felt by the ways.
+
+    Args:
+        velocities [..., n, 2]: what all do.
+    """
+    xp = velocities.__array_namespace__()
+    places, moving = known.places[..., None, :, :], velocities[..., None, :, :]
+    shape = (*tried.shape[:-1], 1, 2)
+    moves = [xp.broadcast_to(moving[..., c : c + 1, :], shape) for c in range(cast.count)]
+    moves[who] = tried[..., None, :]
+    then = places + xp.concatenate(moves, axis=-2)
+    if cast.count == 2:
+        then = _apart(tables, then)
+    ahead = costs_to_go(tables, cast, who, known, then)
+    return step_cost(tables, who, tried)[..., None] + ahead
+
+
+def alternatives(
+    tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array
+) -> tuple[Array, Array]:
+    """The velocities of the quadrature [..., K, 2], what each costs in each plan [..., K, M]."""
+    xp = velocities.__array_namespace__()
+    shape = (*velocities.shape[:-2], *tables.nodes.shape)
+    tried = xp.broadcast_to(tables.fastest[who] * tables.nodes, shape)
+    return tried, lookahead(tables, cast, who, known, velocities, tried)
+
+
+def log_rows(
+    tables: Tables, cast: Cast, state: Array, action: Array, after: Array
+) -> tuple[Array, ...]:
+    """log of the density of each character's velocity under each hypothesis, [..., O, H] each.
+
+    `step`: exp(-beta (cost of the frame + cost to go after it)), normalised over all velocities.
+    `path`: the same with the cost to go before it as normaliser (and that of a normal
+    distribution, so that it can be compared with moving at random), which telescopes to
+    exp(-C - V(Q)) / exp(-V(S)) of Dragan, Lee and Srinivasa 2013, DOI 10.1109/HRI.2013.6483603.
+    """
+    xp = state.__array_namespace__()
+    velocities = limited(tables, in_pairs(action, cast.count))
+    known = outlook(tables, cast, state)
+    beta = tables.beta[:, None]
+    rows = []
+    for who in range(cast.count):
+        own = velocities[..., who, :]
+        found = []
+        if cast.steps:
+            chosen = lookahead(tables, cast, who, known, velocities, own[..., None, :])
+            costs = alternatives(tables, cast, who, known, velocities)[1]
+            weighed = (
+                tables.log_weights - beta[..., None] * xp.swapaxes(costs, -1, -2)[..., None, :, :]
+            )
+            total = log_sum(weighed) + 2 * xp.log(tables.fastest[who])
+            found.append(-beta * chosen - total)
+        if cast.paths:
+            ahead = outlook(tables, cast, after)
+            rise = costs_here(tables, cast, who, ahead) - costs_here(tables, cast, who, known)
+            spent = step_cost(tables, who, own)[..., None] + rise
+            found.append(-beta * spent[..., None, :] - xp.log(2 * PI * tables.speed[who] / beta))
+        sensible = found[0]
+        if len(found) == 2:
+            sensible = xp.where(tables.by_path[:, None], found[1], found[0])
+        at_random = sensible[..., :1] * 0 - xp.log(PI * tables.fastest[who] ** 2)
+        every = xp.concatenate([sensible, at_random], axis=-1)
+        rows.append(every @ tables.plans[who].rows)
+    return tuple(rows)
+
+
+# What can be asked of a frame.
+
+
+def _smooth(holds: Array, margin: Array) -> Array:
+    """1 where something holds, else 0.
+
+    Exact; but JAX differentiates a smooth step of the margin in its place, so that a descent
+    feels in which direction to go.
+    """
+    xp = margin.__array_namespace__()
+    exact = xp.where(holds, 1.0, 0.0)
+    if xp.__name__ == "numpy":
+        return exact
+    from jax.lax import stop_gradient
+
+    smooth = 1 / (1 + xp.exp(xp.clip(-margin / PREDICATE_SOFTNESS, -30.0, 30.0)))
+    return smooth + stop_gradient(exact - smooth)
+
+
+def feature(
+    tables: Tables,
+    name: str,
+    arguments: tuple[Any, ...],
+    state: Array,
+    before: Array | None,
+    action: Array | None,
+) -> Array:
+    """A predicate or quantity of a state or frame, [...]."""
+    who = arguments[0]
+    count = state.shape[-1] // 4
+    places = in_pairs(state, count)
+    here = places[..., who, :]
+    if name == "at":
+        xp = state.__array_namespace__()
+        (place,) = arguments[1]
+        margin = tables.place_radius[place] - norm(here - tables.places[place])
+        return _smooth(margin >= 0, xp.asarray(margin))
+    if name in ("touching", "distance"):
+        apart = norm(here - places[..., arguments[1], :])
+        if name == "distance":
+            return apart
+        margin = tables.radius[who] + tables.radius[arguments[1]] + TOUCH - apart
+        return _smooth(margin >= 0, margin)
+    assert before is not None
+    velocity = in_pairs(state[..., 2 * count :], count)[..., who, :]
+    if name == "moved":
+        margin = norm(velocity) - MOVED
+        return _smooth(margin >= 0, margin)
+    if name == "speed":
+        return norm(velocity)
+    speed = tables.speed[who]
+    if name == "acceleration":
+        last = in_pairs(before[..., 2 * count :], count)[..., who, :]
+        return ((velocity - last) ** 2).sum(-1) / speed**2
+    if name == "effort":
+        return (limited(tables, in_pairs(action, count))[..., who, :] ** 2).sum(-1) / speed**2
+    (place,) = arguments[1]  # progress
+    then = in_pairs(before, count)[..., who, :]
+    ways = [ways_to_places(tables, who, at)[..., place] for at in (then, here)]
+    return ways[0] - ways[1]
