@@ -27,6 +27,18 @@ ROOM = PlaneSpec(
 )  # fmt: skip
 DUET = replace(ROOM, characters=(MOVER, CHASER))
 
+CROWD = replace(
+    DUET,
+    walls=(Wall(((0.0, 4.8), (5.0, 4.8))), Wall(((6.5, 4.8), (12.0, 4.8)))),
+    places=tuple(
+        Place(name, (1.0 + k % 5 * 2.5, 1.2 + k // 5 * 5.2), 0.6)
+        for k, name in enumerate(
+            ("lamp", "chair", "a very long name of a place", "door", "window_seat_by_the_fire",
+             "bed", "sofa", "rug", "<b> & x", "hearth")
+        )
+    ),
+)  # fmt: skip
+
 
 def along(points: tuple[tuple[float, float], ...], frames: int) -> np.ndarray:
     """[T + 1, 2] At an even speed through points."""

@@ -92,7 +92,7 @@ def _fixed_cost(tag: Tag, place: tuple[float, float], obstacles: Obstacles) -> f
     left, top, right, bottom = obstacles.room
     outside = max(left - x + w, 0) + max(x + w - right, 0)
     outside += max(top - y + h, 0) + max(y + h - bottom, 0)
-    walls = _lengths_inside(obstacles.walls, x - w, y - h, x + w, y + h).sum() / tag.height
+    walls = lengths_inside(obstacles.walls, x - w, y - h, x + w, y + h).sum() / tag.height
     spots = obstacles.spots
     dx = np.maximum(abs(spots[:, 0] - x) - w, 0)
     dy = np.maximum(abs(spots[:, 1] - y) - h, 0)
@@ -103,7 +103,7 @@ def _fixed_cost(tag: Tag, place: tuple[float, float], obstacles: Obstacles) -> f
     return float(cost + ON_WAY * (share > 0) + 10 * ON_WAY * share)
 
 
-def _lengths_inside(
+def lengths_inside(
     segments: np.ndarray, left: float, top: float, right: float, bottom: float
 ) -> np.ndarray:
     """[k] How much of each segment lies in a box (Liang and Barsky: cut by one edge at a time)."""
