@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from PIL import ImageColor
 
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import fitted, text_svg
@@ -23,6 +24,7 @@ DASH = 0.58  # of a piece of a dashed trail is drawn; the rest is a gap
 LINE = 'fill="none" stroke-linejoin="round"'
 TRAIL = 30.0  # frames over which trails fade in films
 KEY = 14.0  # pixels: the letters of a key
+PALE = 130.0  # trails are darker than this, from 0 to 255
 GHOST = 0.3  # opacity of where a trail begins
 
 _EYES = "".join(
@@ -37,8 +39,14 @@ _MOUTH = (
 
 
 def tint(character: PlaneCharacter) -> str:
-    """The colour of a character's trail: dark enough for a light floor."""
-    return mix(character.color, "#2a1a10", 0.3)
+    """The colour of a character's trail: its own, dark enough for a light floor."""
+    shades = (mix(character.color, "#2a1a10", share) for share in (0.3, 0.4, 0.5, 0.6))
+    return next((shade for shade in shades if _lightness(shade) < PALE), INK)
+
+
+def _lightness(color: str) -> float:
+    """Of a colour as #rrggbb: luma, from 0 to 255 (ITU-R BT.601)."""
+    return float(np.dot(ImageColor.getrgb(color)[:3], (0.299, 0.587, 0.114)))
 
 
 # ---------------------------------------------------------------------------------------- discs

@@ -79,6 +79,6 @@ def _tag(tag: Tag, at: tuple[float, float], text: str, name: Name) -> str:
     return (
         f'<g class="name">{rect_svg(x - w / 2, y - h / 2, w, h, light, style)}'
         f'<text x="{x:.1f}" y="{y + 0.36 * name.size:.1f}" {FONTS} font-size="{name.size:.1f}" '
-        f'font-weight="bold" text-anchor="middle" fill="{mix(name.color, BLACK, 0.6)}">'
+        f'font-weight="bold" text-anchor="middle" fill="{mix(name.color, BLACK, 0.68)}">'
         f"{escape(text)}</text></g>"
     )
