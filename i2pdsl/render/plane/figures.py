@@ -17,8 +17,8 @@ from i2pdsl.worlds.plane.spec import PlaneCharacter, PlaneSpec
 
 # In hundredths of a disc's radius: how far face and pupils move with the gaze, y down.
 FACE, PUPIL = (24, -20), (11, -13)
-FAINT, STRONG = 0.12, 0.9  # opacity of a trail's oldest and of its newest piece
-THIN = 0.55  # the width of its oldest piece, of the newest one's
+FAINT, STRONG = 0.35, 0.9  # opacity of a trail's oldest and of its newest piece
+THIN = 0.45  # the width of its oldest piece, and of ways older than it, of the newest one's
 DASHED = 1  # the character from which on trails are dashed, and discs wear a dashed belt
 DASH = 0.58  # of a piece of a dashed trail is drawn; the rest is a gap
 LINE = 'fill="none" stroke-linejoin="round"'
@@ -178,17 +178,12 @@ def line_data(points: Sequence[Sequence[float]] | np.ndarray) -> str:
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
 
 
-def way_data(performance: Performance, view: View, number: int, time: float) -> str:
-    """Path data of all the way that a character has come."""
-    return line_data(view.pixels(performance.way(number, 0, time)))
-
-
 def way_style(performance: Performance, view: View, number: int) -> str:
-    """How all the way that a character has come is drawn, thin and faint, as attributes."""
-    thin = 0.45 * view.trail
+    """How the way before its trail is drawn, thin and faint, as attributes."""
+    thin = THIN * view.trail
     dashes = f' stroke-dasharray="{4 * thin:.1f} {3 * thin:.1f}"' if number >= DASHED else ""
     color = tint(performance.spec.characters[number])
-    return f'{LINE} stroke="{color}" stroke-width="{thin:.2f}" stroke-opacity="0.45"{dashes}'
+    return f'{LINE} stroke="{color}" stroke-width="{thin:.2f}" stroke-opacity="{FAINT}"{dashes}'
 
 
 # ------------------------------------------------------------------------------------- the scene
@@ -204,13 +199,14 @@ def scene_svg(performance: Performance, view: View, first: float, time: float, s
 
 
 def film_svg(performance: Performance, view: View, time: float) -> str:
-    """What moves in films, at a time: all ways so far, trails of the last frames, everybody."""
+    """What moves in films, at a time: trails of the last frames and the ways before, everybody."""
+    first = max(time - TRAIL, 0.0)
     ways = "".join(
-        f'<path d="{way_data(performance, view, number, time)}" '
+        f'<path d="{line_data(view.pixels(performance.way(number, 0, first)))}" '
         f"{way_style(performance, view, number)}/>"
         for number in range(len(performance.spec.characters))
     )
-    return ways + scene_svg(performance, view, max(time - TRAIL, 0.0), time, TRAIL)
+    return ways + scene_svg(performance, view, first, time, TRAIL)
 
 
 def key_svg(spec: PlaneSpec, x: float, y: float, room: float) -> str:

@@ -46,8 +46,8 @@ const makeStage = (film) => {
   }
 
   function drawTrail(who, time) {
-    who.way.setAttribute("d", line(who, 0, time));
     const first = Math.max(time - trail.span, 0);
+    who.way.setAttribute("d", line(who, 0, first));
     const part = who.dashed ? trail.dash : 1;
     let edge = Math.floor(first / who.step) * who.step;
     for (const piece of who.pieces) {

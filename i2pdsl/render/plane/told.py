@@ -115,14 +115,11 @@ def _belief(panel: Panel, spec: PlaneSpec, t: int) -> str:
     who, _, what = panel.title.rpartition("'s ")
     if others and first.values[t] - others[0].values[t] < UNSURE:
         return f"{who}: hard to tell"
-    if what == "goal":
-        other = next((c.name for c in spec.characters if c.name != who), "")
-        wish = {
-            NO_GOAL: "nothing",
-            APPROACH: f"to be near {other}",
-            AVOID: f"to be far from {other}",
-        }
-        told = f"wants {wish.get(first.label, first.label)}"
-    else:
+    other = next((c.name for c in spec.characters if c.name != who), "")
+    if what != "goal":
         told = f"is {first.label}"
+    elif first.label in (APPROACH, AVOID):
+        told = f"{'approaches' if first.label == APPROACH else 'avoids'} {other}"
+    else:
+        told = f"wants {'nothing' if first.label == NO_GOAL else first.label}"
     return f"{who} {told} ({percent(first.values[t])})"
