@@ -268,11 +268,17 @@ def test_rooms_of_any_shape_lie_inside_their_picture(width, height):
 
 
 def test_together_shows_each_performance_at_the_same_moments():
-    drawn = ET.fromstring(together_svg([performance("long"), performance("short", 40)], "T", 3))
+    pair = [performance("long"), performance("short", 40)]
+    drawn = ET.fromstring(together_svg(pair, "T", 3))
     panels = drawn.findall(f"./{SVG}g[@class='panel']")
     assert len(panels) == 6
     texts = list(drawn.itertext())
     assert {"long", "short", "start", "80", "40"} <= set(texts)
+    scale = view_within(ROOM, 300, 250)
+    ends = [figures_of(panel, 1)[0] for panel in panels]
+    for end, (one, frame) in zip(ends, [(p, t) for p in pair for t in (0, 40, 80)], strict=True):
+        place = one.positions[min(frame, one.frames), 0]
+        assert end == pytest.approx(scale.pixels(place), abs=0.01)
 
 
 # ------------------------------------------------------------------------------------------- films
@@ -374,6 +380,18 @@ def test_compared_curves_pair_what_has_the_same_name():
     ]  # fmt: skip
     assert all([s.label for s in p.series] == ["a", "b"] for p in found)
     assert np.isnan(found[0].series[1].values[21:]).all()
+
+
+def test_of_two_curves_that_say_the_same_one_is_compared():
+    rising = np.linspace(0, 1, 81)
+
+    def told(second):
+        series = (Series("a", rising, "#000000"), Series("b", second, "#000000"))
+        one = replace(performance(), panels=(Panel("p", "probability", series),))
+        return [panel.title for panel in compared([one, one])]
+
+    assert told(1 - rising) == ["p: a"]
+    assert told(rising) == ["p: a", "p: b"]
 
 
 # ---------------------------------------------------------------------------------- in characters

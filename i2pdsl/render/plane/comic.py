@@ -20,7 +20,7 @@ from i2pdsl.render.plane.figures import (
     trail_svg,
 )
 from i2pdsl.render.plane.names import Name, names_svg, place_names
-from i2pdsl.render.plane.performance import Performance, key_frames
+from i2pdsl.render.plane.performance import Performance
 from i2pdsl.render.plane.room import View, room_svg, view_within
 from i2pdsl.render.raster import text_width
 
@@ -80,10 +80,10 @@ def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> st
     return _document(width, bottom, still, heading + "".join(parts) + key)
 
 
-def together_svg(performances: Sequence[Performance], title: str, count: int = 4) -> str:
+def together_svg(performances: Sequence[Performance], title: str, count: int = 5) -> str:
     """Several performances, one to a row, at the same `count` moments, as an SVG document."""
     lasting = max(performances, key=lambda p: p.frames)
-    frames = key_frames(lasting, count)
+    frames = sorted({round(t) for t in np.linspace(0, lasting.frames, count).tolist()})
     spec = lasting.spec
     view = view_within(spec, *PANEL)
     slot = max(view.width, SLOT)

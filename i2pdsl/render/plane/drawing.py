@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing
 from i2pdsl.render.plane.pictures import PlanePictures
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.kinds import kind_of
 
 
 class PlaneDrawing(Drawing):
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PlanePictures:
-        from i2pdsl.errors import error, whole_file
         from i2pdsl.render.plane.told import performance_of
 
-        rooms = [(s.world.spec.kind, s.world.spec.name) for s in scripts]
-        if len(set(rooms)) > 1:
+        first, *others = (s.world.spec for s in scripts)
+        kind = kind_of(first)
+        if not all(kind.has_same_rules(first, other) for other in others):
             message = "only scripts of one plane are drawn side by side"
             where = whole_file(scripts[1].record.where)
             raise error("pictures", message, where, "draw them one by one")

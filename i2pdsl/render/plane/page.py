@@ -30,6 +30,7 @@ from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.resources import write_text
 
 SHOWN = 640.0, 440.0  # pixels that a stage usually has on a screen, about
+ROW = 1120.0  # pixels that a row of several has
 TOLD = 16  # captions that are listed where they change too often to list all
 
 
@@ -43,7 +44,7 @@ def page_html(
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
-    stage = stage_within(lasting.spec, SHOWN[0] / across, SHOWN[1])
+    stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
     film = Film(

@@ -64,13 +64,13 @@ class PlanePictures(PictureFiles):
 
 def compared(performances: Sequence[Performance]) -> tuple[Panel, ...]:
     """For each curve that the performances have in common a panel with one of each, those of
-    shorter ones ending with them."""
+    shorter ones ending with them. Of two that say the same, only the first."""
     last = max(p.frames for p in performances)
     courses = [{(q.title, s.label): s.values for q in p.panels for s in q.series}
                for p in performances]  # fmt: skip
     found = []
     for panel in performances[0].panels:
-        for label in (s.label for s in panel.series):
+        for label in (s.label for s in _telling(panel)):
             if not all((panel.title, label) in course for course in courses):
                 continue
             series = tuple(
@@ -85,3 +85,10 @@ def compared(performances: Sequence[Performance]) -> tuple[Panel, ...]:
             )
             found.append(Panel(f"{panel.title}: {label}", panel.ylabel, series, panel.kind))
     return tuple(found[:PANELS_MAX])
+
+
+def _telling(panel: Panel) -> tuple[Series, ...]:
+    """A panel's curves without the second of two probabilities that sum to 1."""
+    total = np.sum([s.values for s in panel.series], axis=0)
+    is_both = panel.kind == "probability" and len(panel.series) == 2
+    return panel.series[:1] if is_both and np.allclose(total, 1) else panel.series
