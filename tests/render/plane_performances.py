@@ -8,6 +8,7 @@ import numpy as np
 
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.render.plane.performance import Performance
+from i2pdsl.render.plane.room import View
 from i2pdsl.worlds.plane.spec import Place, PlaneCharacter, PlaneSpec, Wall
 
 MOVER = PlaneCharacter("mover", (2.0, 1.0), goals=("lamp", "chair", "none"))
@@ -75,3 +76,11 @@ def performance(
         title, spec, np.stack(ways, axis=1), (goal, value), windows, captions, goal,
         f"story {title}\n",
     )  # fmt: skip
+
+
+def svg_document(view: View, content: str) -> str:
+    """A complete SVG document of a room's size around the content."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{view.width:.2f}" '
+        f'height="{view.height:.2f}" viewBox="{view.box}">{content}</svg>'
+    )

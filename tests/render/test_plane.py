@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from PIL import Image
-from plane_performances import CROWD, DUET, ROOM, performance
+from plane_performances import CROWD, DUET, ROOM, performance, svg_document
 
 from i2pdsl.errors import StoryError
 from i2pdsl.render.characters import Ink
@@ -20,7 +20,7 @@ from i2pdsl.render.plane.film import film_frames, meters, save_gif
 from i2pdsl.render.plane.labels import Obstacles, Tag, lengths_inside, placed
 from i2pdsl.render.plane.performance import frame_seconds, key_frames
 from i2pdsl.render.plane.pictures import PlanePictures, compared
-from i2pdsl.render.plane.room import View, svg_document, view_within
+from i2pdsl.render.plane.room import View, view_within
 from i2pdsl.render.plane.stage import stage_within
 from i2pdsl.render.raster import svg_rgba
 from i2pdsl.worlds.plane.spec import Place

@@ -29,7 +29,7 @@ from i2pdsl.render.plane.performance import Performance, frame_seconds, key_fram
 from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.resources import write_text
 
-SHOWN = 640.0, 440.0  # pixels that a stage usually has on a screen, about
+SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
 ROW = 1120.0  # pixels that a row of several has
 TOLD = 16  # captions that are listed where they change too often to list all
 

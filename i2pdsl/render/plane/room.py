@@ -93,14 +93,6 @@ def room_svg(view: View) -> str:
     )
 
 
-def svg_document(view: View, content: str) -> str:
-    """A complete SVG document of a view's size around the content."""
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{view.width:.2f}" '
-        f'height="{view.height:.2f}" viewBox="{view.box}">{content}</svg>'
-    )
-
-
 def rect_svg(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> str:
     return f'<rect x="{x:.1f}" y="{y:.1f}" width="{w:.1f}" height="{h:.1f}" fill="{fill}" {more}/>'
 
