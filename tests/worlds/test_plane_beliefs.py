@@ -63,7 +63,7 @@ def test_path_rows_telescope(spec):
     for who, plans in enumerate(tables.plans):
         total = sum(r[who] for r in rows)[0]
         v = [model.value(tables, cast, who, s)[0] for s in (states[0], states[-1])]
-        moves = model.limited(tables, actions.reshape(-1, 2, 2))[:, who]
+        moves = model.velocities(tables, cast, actions)[who]
         spent = sum(model.step_cost(tables, who, u) for u in moves)
         constant = len(moves) * np.log(2 * np.pi * tables.speed[who] / 2.0)
         expected = -2.0 * (spent - v[1] + v[0]) - constant
