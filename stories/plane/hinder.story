@@ -3,6 +3,7 @@ world yard
 length 100
 
 maximize depict(rho < 0)
+maximize 0.3 * sum_t [touching(little, big) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
 # expect mean_t P(rho < 0 | script[:t]) >= 0.85
