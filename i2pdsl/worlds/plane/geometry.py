@@ -131,8 +131,11 @@ class Ways:
 
     def freed(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The free points next to points that are in or too near a wall, and how far they are."""
-        moved = points + np.array([1e-9, 3e-9])  # on a wall, one side of it
-        for _ in range(4 if len(self.segments) else 0):
+        blocked = clearance(self.segments, points) < self.radius * (1 - _SLACK)
+        moved = points + blocked[:, None] * np.array([1e-9, 3e-9])  # on a wall, one side of it
+        for _ in range(4):
+            if not blocked.any():
+                break
             apart = moved[:, None] - nearest_on(self.segments, moved)
             lengths = norm(apart)
             rows = np.arange(len(moved))

@@ -100,9 +100,9 @@ class Tables(NamedTuple):
 # What happens.
 
 
-def in_pairs(numbers: Array, count: int) -> Array:
-    """The first two numbers of each character: [..., 2 n or more] as [..., n, 2]."""
-    return numbers[..., : 2 * count].reshape(*numbers.shape[:-1], count, 2)
+def each(numbers: Array, count: int) -> list[Array]:
+    """The first numbers of each character, two by two: [..., 2 n or more] as n of [..., 2]."""
+    return [numbers[..., 2 * who : 2 * who + 2] for who in range(count)]
 
 
 def _soft_depth(gap: Array) -> Array:
@@ -119,51 +119,53 @@ def _direction(apart: Array) -> tuple[Array, Array]:
     return length, apart / xp.where(length > 0, length, 1.0)[..., None]
 
 
-def _out_of_walls(tables: Tables, places: Array) -> Array:
-    """Places of all characters pushed out of walls, and back into the plane: [..., n, 2]."""
-    xp = places.__array_namespace__()
+def _out_of_walls(tables: Tables, who: int, place: Array) -> Array:
+    """A character's place pushed out of walls, and back into the plane: [..., 2]."""
+    xp = place.__array_namespace__()
+    radius = tables.radius[who]
     if tables.walls.shape[0]:
         for _ in range(2):  # in a corner there are two walls
-            apart = places[..., None, :] - nearest_on(tables.walls, places)
+            apart = place[..., None, :] - nearest_on(tables.walls, place)
             lengths = norm(apart)
             nearest = lengths == lengths.min(-1, keepdims=True)
             chosen = xp.where(nearest[..., None], apart, 0.0).sum(-2) / nearest.sum(-1)[..., None]
             length, away = _direction(chosen)
-            places = places + _soft_depth(length - tables.radius)[..., None] * away
-    margin = tables.radius[:, None]
-    return xp.clip(places, margin, tables.size - margin)
+            place = place + _soft_depth(length - radius)[..., None] * away
+    return xp.clip(place, radius, tables.size - radius)
 
 
-def _apart(tables: Tables, places: Array) -> Array:
-    """Places of two characters that have pushed each other apart, [..., 2, 2]."""
-    xp = places.__array_namespace__()
-    distance, way = _direction(places[..., 1, :] - places[..., 0, :])
+def _apart(tables: Tables, places: list[Array]) -> list[Array]:
+    """Places of two characters that have pushed each other apart, [..., 2] each."""
+    distance, way = _direction(places[1] - places[0])
     depth = _soft_depth(distance - tables.radius.sum())[..., None] * way
     share = tables.mass[1] / tables.mass.sum()
-    return places + xp.stack([-share * depth, (1 - share) * depth], axis=-2)
+    return [places[0] - share * depth, places[1] + (1 - share) * depth]
 
 
-def limited(tables: Tables, velocities: Array) -> Array:
-    """Velocities [..., n, 2], cut to the characters' greatest speeds."""
-    xp = velocities.__array_namespace__()
-    speed = norm(velocities)
-    above = speed > tables.fastest
-    return (
-        velocities * xp.where(above, tables.fastest / xp.where(above, speed, 1.0), 1.0)[..., None]
-    )
+def limited(tables: Tables, who: int, velocity: Array) -> Array:
+    """A velocity [..., 2], cut to the character's greatest speed."""
+    xp = velocity.__array_namespace__()
+    speed, fastest = norm(velocity), tables.fastest[who]
+    above = speed > fastest
+    return velocity * xp.where(above, fastest / xp.where(above, speed, 1.0), 1.0)[..., None]
+
+
+def velocities(tables: Tables, cast: Cast, action: Array) -> list[Array]:
+    """What each character tries in a frame, [..., 2] each."""
+    return [limited(tables, who, v) for who, v in enumerate(each(action, cast.count))]
 
 
 def transition(tables: Tables, cast: Cast, state: Array, action: Array) -> Array:
     """The state after a frame, [..., 4 n]."""
     xp = state.__array_namespace__()
-    before = in_pairs(state, cast.count)
-    places = before + limited(tables, in_pairs(action, cast.count))
+    before = each(state, cast.count)
+    places = [at + v for at, v in zip(before, velocities(tables, cast, action), strict=True)]
     for _ in range(CONTACTS if cast.count == 2 else 1):
         if cast.count == 2:
             places = _apart(tables, places)
-        places = _out_of_walls(tables, places)
-    shape = (*places.shape[:-2], 2 * cast.count)
-    return xp.concatenate([places.reshape(shape), (places - before).reshape(shape)], axis=-1)
+        places = [_out_of_walls(tables, who, at) for who, at in enumerate(places)]
+    moved = [after - at for after, at in zip(places, before, strict=True)]
+    return xp.concatenate([*places, *moved], axis=-1)
 
 
 # Ways.
@@ -247,7 +249,7 @@ class Outlook(NamedTuple):
     Where there are no walls, or nobody is social, the parts about them are None.
 
     Attributes:
-        places [..., n, 2]: where they are.
+        places: where they are, [..., 2] each.
         longer, slope: for each character the detours to all places, [..., P] and [..., P, 2].
         between: for each character the detour to the other, and its gradients by both.
         spots: the social character's ways to where it can help or hinder, [..., 2 P], and their
@@ -255,7 +257,7 @@ class Outlook(NamedTuple):
             they are taken to be opposite.
     """
 
-    places: Array
+    places: list[Array]
     longer: tuple[Array, ...] | None
     slope: tuple[Array, ...] | None
     between: tuple[tuple[Array, Array, Array], ...] | None
@@ -264,17 +266,16 @@ class Outlook(NamedTuple):
 
 def outlook(tables: Tables, cast: Cast, state: Array) -> Outlook:
     """What characters know from a state."""
-    places = in_pairs(state, cast.count)
-    one = [places[..., who, :] for who in range(cast.count)]
+    places = each(state, cast.count)
     longer = slope = between = None
     if tables.walls.shape[0]:
-        found = [_detours(tables, who, one[who]) for who in range(cast.count)]
+        found = [_detours(tables, who, places[who]) for who in range(cast.count)]
         longer, slope = tuple(f[0] for f in found), tuple(f[1] for f in found)
         if cast.count == 2:
-            between = tuple(_pair_detours(tables, w, one[w], one[1 - w]) for w in (0, 1))
+            between = tuple(_pair_detours(tables, w, places[w], places[1 - w]) for w in (0, 1))
     spots = None
     if cast.social is not None:
-        spots = _ways_to_spots(tables, cast.social, one, slope)
+        spots = _ways_to_spots(tables, cast.social, places, slope)
     return Outlook(places, longer, slope, between, spots)
 
 
@@ -301,30 +302,36 @@ def _ways_to_spots(
 # What it costs.
 
 
-def _own_costs(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
-    """A character's cost to go for each thing that it can want, [..., D]; see costs_to_go."""
-    xp = then.__array_namespace__()
-    here = then[..., who, :]
-    shift = then - known.places[..., None, :, :]
+def _wanted(
+    tables: Tables, cast: Cast, who: int, known: Outlook, then: list[Array], weights: Array
+) -> Array:
+    """A character's costs to go for all that it can want, weighted: [..., K, M]; see costs_to_go.
+
+    Args:
+        weights [D, M].
+    """
+    xp = weights.__array_namespace__()
+    here, count = then[who], tables.places.shape[0]
+    shift = here - known.places[who][..., None, :]
     cost = norm(here[..., None, :] - tables.places)
-    if known.longer is not None:
-        drift = shift[..., who, :] @ xp.swapaxes(known.slope[who], -1, -2)
+    if known.longer is not None and known.slope is not None:
+        drift = shift @ xp.swapaxes(known.slope[who], -1, -2)
         cost = cost + known.longer[who][..., None, :] + drift
-    parts = [cost, here[..., :1] * 0]
+    total = cost @ weights[:count]
     if cast.count == 2:
-        apart = norm(here - then[..., 1 - who, :])[..., None]
+        apart = norm(here - then[1 - who])[..., None]
         if known.between is not None:
             longer, mine, theirs = known.between[who]
-            drift = (
-                shift[..., who, :] @ mine[..., None] + shift[..., 1 - who, :] @ theirs[..., None]
-            )
+            other = then[1 - who] - known.places[1 - who][..., None, :]
+            drift = shift @ mine[..., None] + other @ theirs[..., None]
             apart = apart + longer[..., None, None] + drift
-        parts.append(xp.maximum(apart - tables.radius.sum(), 0.0))
-        parts.append(xp.maximum(tables.safe - apart, 0.0))
-    return xp.concatenate(parts, axis=-1)
+        near = xp.maximum(apart - tables.radius.sum(), 0.0)
+        far = xp.maximum(tables.safe - apart, 0.0)
+        total = total + near * weights[count + 1] + far * weights[count + 2]
+    return total
 
 
-def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Array) -> Array:
+def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: list[Array]) -> Array:
     """What a character still has to pay in each of its plans where all are at `then`, [..., K, M].
 
     The social one pays for its own goal, `rho` times what the other has to pay, and for the way to
@@ -332,24 +339,31 @@ def costs_to_go(tables: Tables, cast: Cast, who: int, known: Outlook, then: Arra
     taken to first order about the places where they were looked at.
 
     Args:
-        then [..., K, n, 2]: places near those of the outlook.
+        then: places near those of the outlook, [..., K, 2] each.
     """
-    xp = then.__array_namespace__()
+    xp = tables.size.__array_namespace__()
     plans = tables.plans[who]
-    own = _own_costs(tables, cast, who, known, then) @ plans.own
+    own = _wanted(tables, cast, who, known, then, plans.own)
     if known.spots is None or who != cast.social:
         return own
-    theirs = _own_costs(tables, cast, 1 - who, known, then) @ plans.theirs
+    theirs = _wanted(tables, cast, 1 - who, known, then, plans.theirs)
     length, gradient = known.spots
-    shift = then - known.places[..., None, :, :]
-    nearer = shift[..., who, :] - shift[..., 1 - who, :]
-    ways = xp.maximum(length[..., None, :] + nearer @ xp.swapaxes(gradient, -1, -2), 0.0)
+    moved = [now - at[..., None, :] for now, at in zip(then, known.places, strict=True)]
+    nearer = (moved[who] - moved[1 - who]) @ xp.swapaxes(gradient, -1, -2)
+    ways = xp.maximum(length[..., None, :] + nearer, 0.0)
     return own + theirs + ways @ plans.spots
 
 
 def costs_here(tables: Tables, cast: Cast, who: int, known: Outlook) -> Array:
     """The same where they are, [..., M]."""
-    return costs_to_go(tables, cast, who, known, known.places[..., None, :, :])[..., 0, :]
+    here = [at[..., None, :] for at in known.places]
+    return costs_to_go(tables, cast, who, known, here)[..., 0, :]
+
+
+def _by_hypothesis(plans: Plans, found: Array, at_random: Array | float) -> Array:
+    """A number of each plan [..., M], and that of moving at random, for each hypothesis."""
+    count = plans.own.shape[1]
+    return found @ plans.rows[:count] + at_random * plans.rows[count]
 
 
 def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
@@ -357,8 +371,7 @@ def value(tables: Tables, cast: Cast, who: int, state: Array) -> Array:
     random."""
     xp = state.__array_namespace__()
     known = outlook(tables, cast, state)
-    cost = costs_here(tables, cast, who, known)
-    found = xp.concatenate([-cost, cost[..., :1] * 0], axis=-1) @ tables.plans[who].rows
+    found = _by_hypothesis(tables.plans[who], -costs_here(tables, cast, who, known), 0.0)
     return xp.broadcast_to(found[..., None, :], (*state.shape[:-1], *tables.log_prior.shape))
 
 
@@ -372,20 +385,17 @@ def step_cost(tables: Tables, who: int, velocity: Array) -> Array:
 
 
 def lookahead(
-    tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array, tried: Array
+    tables: Tables, cast: Cast, who: int, known: Outlook, moving: list[Array], tried: Array
 ) -> Array:
     """What a frame and all after it cost a character in each plan, [..., K, M], if it tries each
     of the velocities [..., K, 2] while the other does as it does. Walls are felt by the ways.
 
     Args:
-        velocities [..., n, 2]: what all do.
+        moving: what all do, [..., 2] each.
     """
-    xp = velocities.__array_namespace__()
-    places, moving = known.places[..., None, :, :], velocities[..., None, :, :]
-    shape = (*tried.shape[:-1], 1, 2)
-    moves = [xp.broadcast_to(moving[..., c : c + 1, :], shape) for c in range(cast.count)]
-    moves[who] = tried[..., None, :]
-    then = places + xp.concatenate(moves, axis=-2)
+    moves = [v[..., None, :] for v in moving]
+    moves[who] = tried
+    then = [at[..., None, :] + v for at, v in zip(known.places, moves, strict=True)]
     if cast.count == 2:
         then = _apart(tables, then)
     ahead = costs_to_go(tables, cast, who, known, then)
@@ -393,13 +403,11 @@ def lookahead(
 
 
 def alternatives(
-    tables: Tables, cast: Cast, who: int, known: Outlook, velocities: Array
+    tables: Tables, cast: Cast, who: int, known: Outlook, moving: list[Array]
 ) -> tuple[Array, Array]:
-    """The velocities of the quadrature [..., K, 2], what each costs in each plan [..., K, M]."""
-    xp = velocities.__array_namespace__()
-    shape = (*velocities.shape[:-2], *tables.nodes.shape)
-    tried = xp.broadcast_to(tables.fastest[who] * tables.nodes, shape)
-    return tried, lookahead(tables, cast, who, known, velocities, tried)
+    """The velocities of the quadrature [K, 2], what each costs in each plan [..., K, M]."""
+    tried = tables.fastest[who] * tables.nodes
+    return tried, lookahead(tables, cast, who, known, moving, tried)
 
 
 def log_rows(
@@ -413,16 +421,16 @@ def log_rows(
     exp(-C - V(Q)) / exp(-V(S)) of Dragan, Lee and Srinivasa 2013, DOI 10.1109/HRI.2013.6483603.
     """
     xp = state.__array_namespace__()
-    velocities = limited(tables, in_pairs(action, cast.count))
+    moving = velocities(tables, cast, action)
     known = outlook(tables, cast, state)
     beta = tables.beta[:, None]
     rows = []
     for who in range(cast.count):
-        own = velocities[..., who, :]
+        own = moving[who]
         found = []
         if cast.steps:
-            chosen = lookahead(tables, cast, who, known, velocities, own[..., None, :])
-            costs = alternatives(tables, cast, who, known, velocities)[1]
+            chosen = lookahead(tables, cast, who, known, moving, own[..., None, :])
+            costs = alternatives(tables, cast, who, known, moving)[1]
             weighed = (
                 tables.log_weights - beta[..., None] * xp.swapaxes(costs, -1, -2)[..., None, :, :]
             )
@@ -436,9 +444,8 @@ def log_rows(
         sensible = found[0]
         if len(found) == 2:
             sensible = xp.where(tables.by_path[:, None], found[1], found[0])
-        at_random = sensible[..., :1] * 0 - xp.log(PI * tables.fastest[who] ** 2)
-        every = xp.concatenate([sensible, at_random], axis=-1)
-        rows.append(every @ tables.plans[who].rows)
+        at_random = -xp.log(PI * tables.fastest[who] ** 2)
+        rows.append(_by_hypothesis(tables.plans[who], sensible, at_random))
     return tuple(rows)
 
 
@@ -472,21 +479,21 @@ def feature(
     """A predicate or quantity of a state or frame, [...]."""
     who = arguments[0]
     count = state.shape[-1] // 4
-    places = in_pairs(state, count)
-    here = places[..., who, :]
+    places = each(state, count)
+    here = places[who]
     if name == "at":
         xp = state.__array_namespace__()
         (place,) = arguments[1]
         margin = tables.place_radius[place] - norm(here - tables.places[place])
         return _smooth(margin >= 0, xp.asarray(margin))
     if name in ("touching", "distance"):
-        apart = norm(here - places[..., arguments[1], :])
+        apart = norm(here - places[arguments[1]])
         if name == "distance":
             return apart
         margin = tables.radius[who] + tables.radius[arguments[1]] + TOUCH - apart
         return _smooth(margin >= 0, margin)
     assert before is not None
-    velocity = in_pairs(state[..., 2 * count :], count)[..., who, :]
+    velocity = each(state, 2 * count)[count + who]
     if name == "moved":
         margin = norm(velocity) - MOVED
         return _smooth(margin >= 0, margin)
@@ -494,11 +501,11 @@ def feature(
         return norm(velocity)
     speed = tables.speed[who]
     if name == "acceleration":
-        last = in_pairs(before[..., 2 * count :], count)[..., who, :]
+        last = each(before, 2 * count)[count + who]
         return ((velocity - last) ** 2).sum(-1) / speed**2
     if name == "effort":
-        return (limited(tables, in_pairs(action, count))[..., who, :] ** 2).sum(-1) / speed**2
+        return (limited(tables, who, each(action, count)[who]) ** 2).sum(-1) / speed**2
     (place,) = arguments[1]  # progress
-    then = in_pairs(before, count)[..., who, :]
+    then = each(before, count)[who]
     ways = [ways_to_places(tables, who, at)[..., place] for at in (then, here)]
     return ways[0] - ways[1]

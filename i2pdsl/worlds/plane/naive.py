@@ -51,7 +51,7 @@ def walks(
     states, actions = [start], []
     for t in range(changes.shape[1]):
         known = model.outlook(tables, world.cast, states[-1])
-        moving = model.in_pairs(states[-1][:, 2 * count :], count)
+        moving = model.each(states[-1], 2 * count)[count:]
         chosen = []
         for who in range(count):
             tried, costs = model.alternatives(tables, world.cast, who, known, moving)

@@ -81,10 +81,10 @@ class PlaneCharacter:
 class PlaneSettings:
     """The numbers of a plane that a story may replace: `world room(beta = 10)`."""
 
-    beta: float = 20.0  # inverse temperature: how sharply characters prefer what costs least
+    beta: float = 8.0  # inverse temperature: how sharply characters prefer what costs least
     safe: float = 4.0  # the distance at which who avoids the other is content
     observer: str = "step"  # step | path: whether viewers weigh steps or the path so far
-    forgetting: float = 1e-5  # the share of belief that is reassigned after each move
+    forgetting: float = 0.005  # the share of belief that is reassigned after each move
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "safe": (lambda x: 0 < x <= 1e4, "above 0 and at most 10000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
 }
-SEARCH = (("lookahead", 0), ("noise", 0.3), ("rate", 0.01), ("steps", 60), ("window", 200))
+SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
 _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply characters prefer what costs least, per unit of way",
     "safe": "the distance at which who avoids the other is content",
