@@ -17,7 +17,8 @@ from i2pdsl.render.plane.characters import plane_in_characters
 from i2pdsl.render.plane.comic import comic_svg, together_svg
 from i2pdsl.render.plane.figures import DASH, TRAIL, face_moves, film_svg, trail_pieces
 from i2pdsl.render.plane.film import film_frames, meters, save_gif
-from i2pdsl.render.plane.labels import Obstacles, Tag, lengths_inside, placed
+from i2pdsl.render.plane.labels import Obstacles, Tag, gap, lengths_inside, placed
+from i2pdsl.render.plane.names import names_svg, place_names
 from i2pdsl.render.plane.performance import frame_seconds, key_frames
 from i2pdsl.render.plane.pictures import PlanePictures, compared
 from i2pdsl.render.plane.room import View, view_within
@@ -143,6 +144,32 @@ def test_names_keep_clear_of_each_other_and_of_walls():
 def test_a_lone_name_stands_below():
     free = Obstacles((0, 0, 400, 300), np.zeros((0, 2, 2)), np.zeros((0, 3)), np.zeros((0, 2)))
     assert placed([Tag(100, 100, 20, 50, 16)], free) == [pytest.approx((100, 131))]
+
+
+def test_a_name_is_nearest_to_what_it_names():
+    """Two spots near each other, and a name that is too wide to stand between them."""
+    free = Obstacles((0, 0, 400, 300), np.zeros((0, 2, 2)), np.zeros((0, 3)), np.zeros((0, 2)))
+    tags = [Tag(180, 150, 12, 90, 16), Tag(215, 150, 12, 90, 16)]
+    places = placed(tags, free)
+    for number, place in enumerate(places):
+        own, other = (gap(tags[number], place, tags[k]) for k in (number, 1 - number))
+        assert own < other
+
+
+def test_a_name_that_stands_apart_has_a_line_to_its_place():
+    """Ten places in a row, so near each other that not all names have room at their own."""
+    row = tuple(Place(f"a_long_name_{k}", (3 + 0.7 * k, 4), 0.3) for k in range(10))
+    spec = replace(ROOM, walls=(), places=row)
+    view = stage_within(spec, 640, 460).view
+    still = performance(spec=spec, frames=0)
+    drawn = ET.fromstring(svg_document(view, names_svg(view, place_names(view), [still])))
+    middles = view.pixels(np.array([place.at for place in row]))
+    lines = [numbers(line.get("d")) for line in drawn.iterfind(f".//{SVG}path[@class='leader']")]
+    assert lines
+    for x0, y0, x1, y1 in lines:
+        # It begins at the edge of a place, and ends within a tag.
+        assert np.hypot(*(middles - (x0, y0)).T).min() == pytest.approx(0.3 * view.scale, abs=0.1)
+        assert any(a <= x1 <= c and b <= y1 <= d for a, b, c, d in boxes_of(drawn))
 
 
 def boxes_of(drawn):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 
 import numpy as np
 
@@ -14,6 +14,7 @@ AROUND = (90, 270, 0, 180, 45, 135, 315, 225)  # degrees below, above, right, le
 SWEEPS = 3  # over all names, after each has its first place
 # What it costs a name, beside its distance in pixels.
 AWAY, OUTSIDE, ON_NAME, ON_WALL, ON_SPOT, ON_WAY = 0.4, 60.0, 80.0, 60.0, 35.0, 8.0
+ASTRAY = 30.0  # where it seems to name something else
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,11 @@ def placed(tags: Sequence[Tag], obstacles: Obstacles) -> list[tuple[float, float
     all others there."""
     choices = [_choices(tag, obstacles) for tag in tags]
     fixed = [
-        [cost + _fixed_cost(tag, place, obstacles) for place, cost in options]
-        for tag, options in zip(tags, choices, strict=True)
+        [
+            cost + _fixed_cost(tag, place, obstacles) + ASTRAY * _is_astray(number, tags, place)
+            for place, cost in options
+        ]
+        for number, (tag, options) in enumerate(zip(tags, choices, strict=True))
     ]
     chosen: dict[int, tuple[float, float]] = {}
     for _ in range(SWEEPS):
@@ -84,6 +88,21 @@ def _choices(tag: Tag, obstacles: Obstacles) -> list[tuple[tuple[float, float], 
 
 def _side(direction: float) -> float:
     return 0.0 if abs(direction) < 1e-9 else 1.0 if direction > 0 else -1.0
+
+
+def gap(tag: Tag, place: tuple[float, float], named: Tag) -> float:
+    """Pixels between a tag at a place and what another (or the same) tag names."""
+    across = max(abs(place[0] - named.x) - tag.width / 2, 0)
+    down = max(abs(place[1] - named.y) - tag.height / 2, 0)
+    return hypot(across, down) - named.reach
+
+
+def _is_astray(number: int, tags: Sequence[Tag], place: tuple[float, float]) -> bool:
+    """Whether a tag is nearer to what another names, or as near."""
+    own = gap(tags[number], place, tags[number])
+    return any(
+        gap(tags[number], place, other) <= own + 1 for k, other in enumerate(tags) if k != number
+    )
 
 
 def _fixed_cost(tag: Tag, place: tuple[float, float], obstacles: Obstacles) -> float:

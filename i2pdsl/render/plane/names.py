@@ -10,11 +10,12 @@ import numpy as np
 
 from i2pdsl.render.ink import mix
 from i2pdsl.render.lettering import FONTS, fitted
-from i2pdsl.render.plane.labels import Obstacles, Tag, placed
+from i2pdsl.render.plane.labels import Obstacles, Tag, gap, placed
 from i2pdsl.render.plane.performance import Performance
 from i2pdsl.render.plane.room import BLACK, LEAST, WHITE, View, rect_svg
 from i2pdsl.render.raster import text_width
 
+FAR = 6.0  # pixels: a name that is farther from what it names has a line to it
 ROOM = 130.0  # pixels: the width up to which names are written out in rooms that are wide enough
 
 
@@ -65,9 +66,23 @@ def names_svg(view: View, names: Sequence[Name], performances: Sequence[Performa
         np.array(spots).reshape(-1, 3),
         view.pixels(np.concatenate([p.positions.reshape(-1, 2) for p in performances])),
     )
-    return "".join(
-        _tag(tag, at, text, name)
-        for tag, at, text, name in zip(tags, placed(tags, obstacles), texts, names, strict=True)
+    places = placed(tags, obstacles)
+    drawn = list(zip(tags, places, texts, names, strict=True))
+    leaders = "".join(_leader(tag, at, name) for tag, at, _, name in drawn)
+    return leaders + "".join(_tag(*one) for one in drawn)
+
+
+def _leader(tag: Tag, at: tuple[float, float], name: Name) -> str:
+    """A line to a tag from the edge of what it names, where the two are apart."""
+    if gap(tag, at, tag) <= FAR:
+        return ""
+    (x, y), level = at, (tag.width - tag.height) / 2
+    middle = np.array([tag.x, tag.y])
+    end = np.clip(middle, (x - level, y), (x + level, y))
+    begin = middle + (end - middle) * tag.reach / np.hypot(*(end - middle))
+    return (
+        f'<path class="leader" d="M{begin[0]:.1f} {begin[1]:.1f}L{end[0]:.1f} {end[1]:.1f}" '
+        f'stroke="{mix(name.color, BLACK, 0.4)}" stroke-width="1.6"/>'
     )
 
 
@@ -75,9 +90,9 @@ def _tag(tag: Tag, at: tuple[float, float], text: str, name: Name) -> str:
     """A name on a tag in light and dark shades of its colour."""
     (x, y), w, h = at, tag.width, tag.height
     style = f'rx="{h / 2:.1f}" stroke="{mix(name.color, BLACK, 0.3)}" stroke-width="1"'
-    light = mix(name.color, WHITE, 0.86)
+    box = rect_svg(x - w / 2, y - h / 2, w, h, mix(name.color, WHITE, 0.86), style)
     return (
-        f'<g class="name">{rect_svg(x - w / 2, y - h / 2, w, h, light, style)}'
+        f'<g class="name">{box}'
         f'<text x="{x:.1f}" y="{y + 0.36 * name.size:.1f}" {FONTS} font-size="{name.size:.1f}" '
         f'font-weight="bold" text-anchor="middle" fill="{mix(name.color, BLACK, 0.68)}">'
         f"{escape(text)}</text></g>"
