@@ -11,6 +11,7 @@ the length of the shortest way there, and s is the best speed.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from i2pdsl.audience.filter import log_sum
@@ -26,7 +27,8 @@ CONTACTS = 2  # rounds of pushing apart in a frame
 PI = math.pi
 
 
-class Cast(NamedTuple):
+@dataclass(frozen=True)
+class Cast:
     """What a compiled program depends on: how many characters there are, which of them has an
     attitude, and how viewers weigh what they see (spec.py, `observer`)."""
 

@@ -117,9 +117,10 @@ class _Reader(BlockReader):
         characters = self.characters(of("character"), places)
         self.free(of("character"), characters, walls)
         values: dict[str, Any] = {}
+        usual: Any = PlaneSettings()
         for block in (*of("planning"), *of("audience")):
             for key in KEYS[block.keyword]:
-                default = getattr(PlaneSettings(), key)
+                default = getattr(usual, key)
                 if key in WORDS:
                     values[key] = self.word(block, key, default, WORDS[key])
                 else:

@@ -191,15 +191,15 @@ def _plans(spec: PlaneSpec, who: int, social: bool) -> model.Plans:
         APPROACH: count + 1,
         AVOID: count + 2,
     }
-    own, other = spec.characters[who].name, spec.characters[1 - who].name if social else None
+    name, other = spec.characters[who].name, spec.characters[1 - who].name if social else None
     keys: list[tuple[int, int, float] | None] = []
     for row in plane_hypotheses(spec):
-        if not row[rationality_of(own)]:
+        if not row[rationality_of(name)]:
             keys.append(None)
             continue
         rho = float(row.get(ATTITUDE, 0.0)) if social else 0.0
         theirs = options[str(row[goal_of(other)])] if other and rho else count
-        keys.append((options[str(row[goal_of(own)])], theirs, rho))
+        keys.append((options[str(row[goal_of(name)])], theirs, rho))
     plans = [key for key in dict.fromkeys(keys) if key is not None]
     wants = count + (3 if len(spec.characters) == 2 else 1)
     own, others = np.zeros((2, len(plans), wants))
