@@ -19,7 +19,7 @@ from i2pdsl.render.plane.figures import DASH, TRAIL, face_moves, film_svg, trail
 from i2pdsl.render.plane.film import film_frames, meters, save_gif
 from i2pdsl.render.plane.labels import Obstacles, Tag, gap, lengths_inside, placed
 from i2pdsl.render.plane.names import names_svg, place_names
-from i2pdsl.render.plane.performance import frame_seconds, key_frames
+from i2pdsl.render.plane.performance import EVEN, frame_seconds, key_frames
 from i2pdsl.render.plane.pictures import PlanePictures, compared
 from i2pdsl.render.plane.room import View, view_within
 from i2pdsl.render.plane.stage import stage_within
@@ -96,6 +96,22 @@ def test_key_frames_show_changes_of_belief_and_turns():
     turning[:, 0] = [(2 + 0.1 * min(t, 50), 1 + 0.1 * max(t - 50, 0)) for t in range(81)]
     chosen = key_frames(replace(one, positions=turning, panels=()), 4)
     assert min(abs(t - 51) for t in chosen) <= 4
+
+
+def test_key_frames_are_the_best_of_all():
+    rng = np.random.default_rng(5)
+    still = performance(frames=9)
+    still = replace(still, positions=np.repeat(still.positions[:1], 10, axis=0))
+    for _ in range(5):
+        curve = rng.uniform(0, 1, 10)
+        panel = Panel("goal", "probability", (Series("a", curve, "#000000"),))
+
+        def cost(frames, curve=curve):
+            held = np.repeat(curve[frames[:-1]], np.diff(frames))
+            return ((curve[:9] - held) ** 2).sum() + EVEN * (np.diff(frames) ** 2).sum() / 81
+
+        best = min(([0, *inner, 9] for inner in combinations(range(1, 9), 2)), key=cost)
+        assert key_frames(replace(still, panels=(panel,)), 4) == best
 
 
 # ------------------------------------------------------------------------------------------ names

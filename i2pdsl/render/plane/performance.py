@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from i2pdsl.render.grid import comic
 from i2pdsl.render.mind import PALETTE, Panel, Window
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
@@ -19,6 +17,8 @@ FRAME_SECONDS = 0.07  # a hundred frames in seven seconds
 LONGEST, SHORTEST = 24.0, 2.5  # seconds of a film's motion, as far as frames can be shown so
 SLOWEST = 0.3  # seconds of a frame
 GAZE_FRAMES = 1.5  # over about so many the eyes even out the motion that they look along
+CANDIDATES = 400  # of a very long performance, only so many frames are considered
+EVEN = 0.02  # what uneven key frames cost, where all else is equal
 TURN, PLACE = 0.25, 1.5  # what a turn, or the way across the room, counts beside a belief
 
 
@@ -112,14 +112,29 @@ def frame_seconds(performances: Sequence[Performance]) -> float:
 
 def key_frames(performance: Performance, count: int) -> list[int]:
     """At most `count` of the frames 0..T, first and last among them: where beliefs change, where
-    somebody turns, and where somebody has come far since the one before."""
+    somebody turns, and where somebody has come far since the one before.
+
+    Holding each chosen frame until the next one gives a step function; the choice is the one
+    nearest to beliefs, gazes and places in squares (dynamic programming), even ones before others.
+    """
+    frames = np.unique(np.linspace(0, performance.frames, CANDIDATES).astype(int))
+    count = min(count, len(frames))
     room = np.hypot(performance.spec.width, performance.spec.height)
-    frames = performance.frames + 1
-    curves = [TURN * performance.gaze.reshape(frames, -1)]
-    curves.append(PLACE * performance.positions.reshape(frames, -1) / room)
-    curves += [
-        s.values[:, None] for p in performance.panels if p.kind == "probability" for s in p.series
-    ]
-    # A script of which no more is known than how long it is.
-    still: dict[str, Any] = {"start": {}, "frames": [{"state": {}}] * performance.frames}
-    return comic.key_frames(still, np.concatenate(curves, axis=1), count)
+    courses = [TURN * performance.gaze, PLACE * performance.positions / room]
+    courses += [s.values for p in performance.panels if p.kind == "probability" for s in p.series]
+    flat = np.concatenate([c.reshape(performance.frames + 1, -1) for c in courses], axis=1)
+    held = np.nan_to_num(flat)[frames]
+    squares = ((held[:, None] - held) ** 2).sum(axis=-1)
+    # [i, j] What it costs to hold frames[i] until frames[j] comes.
+    cost = np.cumsum(np.triu(squares), axis=1) - squares
+    gaps = (frames - frames[:, None]) / max(performance.frames, 1)
+    cost = np.where(gaps > 0, cost + EVEN * gaps**2, np.inf)
+    best, came = np.where(frames == 0, 0.0, np.inf), []
+    for _ in range(count - 1):
+        total = best[:, None] + cost
+        came.append(total.argmin(axis=0))
+        best = total.min(axis=0)
+    chosen = [len(frames) - 1]
+    for before in reversed(came):
+        chosen.append(int(before[chosen[-1]]))
+    return [int(frames[k]) for k in reversed(chosen)]
