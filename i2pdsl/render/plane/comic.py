@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from i2pdsl.render.panels import GUTTER, TEXT, TITLE
 from i2pdsl.render.ink import INK
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.mind import WINDOW, Window
+from i2pdsl.render.panels import GUTTER, TEXT, TITLE
 from i2pdsl.render.plane.figures import (
     cast_svg,
     ghosts_svg,
