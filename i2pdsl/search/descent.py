@@ -78,6 +78,7 @@ def descend(
     say: Callable[[str], None] | None = None,
     so_far: Trajectory | None = None,
     frames: int | None = None,
+    start: np.ndarray | None = None,
 ) -> Descended:
     """Searches from the controller's own motion and `plan.noise`. Ctrl-C ends it early with what
     was found: the rest of the script is then the controller's own motion.
@@ -87,21 +88,23 @@ def descend(
         say: is told of damaged caches, and of gradients that were not finite.
         so_far: a script to go on from, instead of the first state; it is part of what is returned.
         frames: how many to add to it; without it, all that are missing.
+        start: the first state, unless there is a script; usually the first that there is.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where the
     plan needs too much memory.
     """
-    ready = prepare_descent(world, objective, length, plan, say, so_far)
+    ready = prepare_descent(world, objective, length, plan, say, so_far, start)
     window, stride = ready.window.length, ready.window.stride
     done = 0 if so_far is None else len(so_far.actions)
     end = length if frames is None else min(length, done + frames)
     windows = max(0, math.ceil((end - done - window) / stride)) + 1
-    changes = world.guesses(length + window, plan.seeds, plan.noise, seed).astype(np.float32)
+    begun = so_far or empty(world, _first(world, start))
+    guesses = world.guesses(length + window, plan.seeds, plan.noise, seed, begun.states[-1])
+    changes = guesses.astype(np.float32)
     nodes, guess = ready.nodes, changes[:, :window]
     fixed = (ready.tables, ready.params, ready.knobs)
-    start = so_far or empty(world, world.starts()[0])
-    actions = [np.repeat(start.actions[None].astype(np.float32), plan.seeds, axis=0)]
-    states = [np.repeat(start.states[None].astype(np.float32), plan.seeds, axis=0)]
+    actions = [np.repeat(begun.actions[None].astype(np.float32), plan.seeds, axis=0)]
+    states = [np.repeat(begun.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
     try:
         for number in range(windows):
@@ -158,6 +161,7 @@ def prepare_descent(
     plan: SearchPlan,
     say: Callable[[str], None] | None = None,
     so_far: Trajectory | None = None,
+    start: np.ndarray | None = None,
 ) -> Descent:
     """Compiles the improvement of one window, or finds it in the cache.
 
@@ -176,7 +180,7 @@ def prepare_descent(
     knobs = np.array([plan.rate, plan.damping], np.float32)
     began = time.perf_counter()
     params = prepared(world, objective, say)
-    nodes = _roots(world, objective, length, tables, params, so_far, plan.seeds)
+    nodes = _roots(world, objective, length, tables, params, so_far, start, plan.seeds)
     bound = None if math.isinf(plan.bound) else plan.bound
     how = (plan.optimiser, plan.steps, bound)
 
@@ -187,7 +191,8 @@ def prepare_descent(
         )
         return jax.vmap(one)(nodes, guess)
 
-    key = ("descent", objective.shape, length, shape, plan.steps, plan.optimiser, bound)
+    rules = world.program_key(())
+    key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
     arguments = (tables, params, knobs, nodes, guess)
     program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say)
@@ -214,15 +219,21 @@ def _roots(
     tables: Any,
     params: Any,
     so_far: Trajectory | None,
+    start: np.ndarray | None,
     count: int,
 ) -> Node:
     """Where all seeds begin: the empty script, or the one that is there already."""
     if so_far is None:
-        start = world.starts()[0].astype(np.float32)
-        node = jax.jit(lambda state: root(world, objective, tables, params, state))(start)
+        first = _first(world, start).astype(np.float32)
+        node = jax.jit(lambda state: root(world, objective, tables, params, state))(first)
     else:
         node = resume(world, objective, length, tables, params, so_far)
     return jax.tree.map(lambda part: np.repeat(np.asarray(part)[None], count, axis=0), node)
+
+
+def _first(world: World, start: np.ndarray | None) -> np.ndarray:
+    state: np.ndarray = world.starts()[0] if start is None else start
+    return state
 
 
 def _improve(

@@ -79,7 +79,7 @@ class Descend(Search):
 
             began = time.perf_counter()
             given = (task.world, objective, task.story.length, task.story.search, seed)
-            found = descend(*given, watch.searching, watch.say)
+            found = descend(*given, watch.searching, watch.say, start=task.starts[0])
         watch.add("compile", time.perf_counter() - found.compile_seconds)
         watch.add("search", began + found.compile_seconds)
         paths = [

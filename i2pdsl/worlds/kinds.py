@@ -23,6 +23,7 @@ USUAL = "grid"  # of files that name none
 KINDS = {
     USUAL: Place("i2pdsl.worlds.grid.kind", "i2pdsl.render.grid.drawing"),
     "hill": Place("i2pdsl.worlds.hill.kind", "i2pdsl.render.hill.drawing"),
+    "plane": Place("i2pdsl.worlds.plane.kind", "i2pdsl.render.plane.drawing"),
 }
 
 

@@ -114,8 +114,8 @@ class World(Protocol):
         """The states after each event in each place, and whether it can happen: [..., events x
         slots]."""
 
-    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> Array:
-        """What a descent begins with, [seeds, length, *action_shape]."""
+    def guesses(self, length: int, seeds: int, noise: float, seed: int, state: Array) -> Array:
+        """What a descent from a state begins with, [seeds, length, *action_shape]."""
 
     def branch_actions(self, who: int) -> tuple[int, ...]:
         """The action (a number, in the vocabulary's order) of each of the branches of a character

@@ -165,7 +165,9 @@ class GridWorld:
         entities = self.spec.entities
         return tuple(self.moves.events.index(entities.index(thing)) for _, thing in allowed)
 
-    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> NoReturn:
+    def guesses(
+        self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
+    ) -> NoReturn:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self) -> np.ndarray:

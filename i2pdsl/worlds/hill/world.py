@@ -52,7 +52,9 @@ class HillWorld(ContinuousWorld):
 
     action_shape = (MUSCLE_COUNT,)
 
-    def guesses(self, length: int, seeds: int, noise: float, seed: int) -> np.ndarray:
+    def guesses(
+        self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
+    ) -> np.ndarray:
         """Changes of the controller's actuation, normal of the standard deviation `noise`."""
         shape = (seeds, length, *self.action_shape)
         return noise * np.random.default_rng(seed).normal(size=shape)
@@ -172,5 +174,5 @@ def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Traj
     Args:
         noise: standard deviation of the changes.
     """
-    (changes,) = world.guesses(length, 1, noise, seed)
+    (changes,) = world.guesses(length, 1, noise, seed, world.starts()[0])
     return extended(world, empty(world, world.starts()[0]), changes)

@@ -1,0 +1,163 @@
+"""Performances on one HTML page, in a player that draws them as `figures.py` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.render.film_page import Film, film_page, plain
+from i2pdsl.render.mind import Panel, Window
+from i2pdsl.render.plane.figures import (
+    DASH,
+    DASHED,
+    FACE,
+    FAINT,
+    LINE,
+    PUPIL,
+    STRONG,
+    THIN,
+    TRAIL,
+    cast_svg,
+    tint,
+    way_style,
+)
+from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
+from i2pdsl.render.plane.stage import Stage, stage_within
+from i2pdsl.resources import write_text
+
+SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
+ROW = 1120.0  # pixels that a row of several has
+TOLD = 16  # captions that are listed where they change too often to list all
+
+
+def page_html(
+    performances: Sequence[Performance],
+    panels: Sequence[Panel],
+    title: str,
+    windows: Sequence[Window] = (),
+) -> str:
+    """A self-contained page. `panels` cover the frames of the performance that lasts longest."""
+    several = len(performances) > 1
+    lasting = max(performances, key=lambda p: p.frames)
+    across = min(len(performances), 3)
+    stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
+    shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
+    captions = _captions(performances)
+    film = Film(
+        stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
+        aspect=across * stage.width / stage.height,
+        last=lasting.frames,
+        seconds=frame_seconds(performances),
+        captions=captions,
+        happenings=_happenings(captions, lasting),
+        script="plane/plane.js",
+        data=_data(performances, stage),
+        classes="theatre wide" if several else "theatre",
+    )
+    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
+    count = lasting.frames
+    about = f"{lasting.spec.name} · {count} frame{'' if count == 1 else 's'}"
+    return film_page(film, panels, title, about, source, windows=windows)
+
+
+def save_page(
+    path: str | Path,
+    performances: Sequence[Performance],
+    panels: Sequence[Panel],
+    title: str,
+    windows: Sequence[Window] = (),
+) -> Path:
+    """Writes `page_html`, whole or not at all."""
+    write_text(Path(path), page_html(performances, panels, title, windows))
+    return Path(path)
+
+
+def _captions(performances: Sequence[Performance]) -> list[str]:
+    """For each frame what is believed; of several performances, of each one."""
+    if len(performances) == 1:
+        return list(performances[0].captions)
+    last = max(p.frames for p in performances)
+    return [
+        "; ".join(f"{p.title}: {p.captions[min(t, p.frames)]}" for p in performances)
+        for t in range(last + 1)
+    ]
+
+
+def _happenings(captions: Sequence[str], performance: Performance) -> list[int]:
+    """The frames whose captions are listed: where they change, or else those that tell most."""
+    changes = [t for t in range(len(captions)) if t == 0 or captions[t] != captions[t - 1]]
+    return changes if len(changes) <= TOLD else key_frames(performance, TOLD)
+
+
+# ------------------------------------------------------------------------------------ the stage
+
+
+def _show(
+    number: int, performance: Performance, together: Sequence[Performance], stage: Stage
+) -> str:
+    """The drawing at the start; the player moves it."""
+    view, spec = stage.view, performance.spec
+    trails = "".join(
+        f'<g class="trail" data-who="{k}"><path class="way" {way_style(performance, view, k)}/>'
+        + f'<path class="piece" {LINE} stroke="{tint(character)}"/>' * _pieces(view.step(k))
+        + "</g>"
+        for k, character in enumerate(spec.characters)
+    )
+    several = len(together) > 1
+    name = f'<span class="name">{plain(performance.title)}</span>' if several else ""
+    svg = (
+        f'<svg role="img" aria-label="{plain(performance.title)}: the film" '
+        f'aria-describedby="caption" viewBox="{stage.box}">{stage.still(together)}{trails}'
+        f"{cast_svg(performance, view, 0)}</svg>"
+    )
+    return f"""\
+      <div class="show" id="show-{number}">
+        {svg}
+        <div class="signs">{name}<span class="window-sign" hidden></span></div>
+      </div>"""
+
+
+def _pieces(step: int) -> int:
+    """How many pieces a trail has at most."""
+    return ceil(TRAIL / step) + 1
+
+
+# ------------------------------------------------------------------------------------- the data
+
+
+def _data(performances: Sequence[Performance], stage: Stage) -> dict[str, Any]:
+    """What `plane.js` reads: courses in pixels, and how trails fade."""
+    view = stage.view
+    return {
+        "trail": {
+            "span": TRAIL, "dash": DASH, "width": view.trail, "thin": THIN, "faint": FAINT,
+            "strong": STRONG,
+        },
+        "eyes": {"face": FACE, "pupils": PUPIL},
+        "performances": [
+            {
+                "cast": [
+                    {
+                        "x": _course(view.pixels(p.positions)[:, k, 0]),
+                        "y": _course(view.pixels(p.positions)[:, k, 1]),
+                        "gazeX": _course(p.gaze[:, k, 0]),
+                        "gazeY": _course(p.gaze[:, k, 1]),
+                        "size": view.radius(k) / 100,
+                        "step": view.step(k),
+                        "dashed": k >= DASHED,
+                    }
+                    for k in range(len(p.spec.characters))
+                ],
+                "windows": [[w.first, w.last, w.label] for w in p.windows],
+            }
+            for p in performances
+        ],
+    }  # fmt: skip
+
+
+def _course(values: np.ndarray) -> list[float]:
+    return np.round(values, 2).tolist()

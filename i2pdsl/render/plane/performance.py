@@ -1,0 +1,140 @@
+"""A performance in the plane as the pictures see it: a room, ways, curves and words, no world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from i2pdsl.render.mind import PALETTE, Panel, Window
+from i2pdsl.worlds.plane.spec import PlaneSpec
+
+# Of performances shown together, in order.
+HUES = (PALETTE["cheese"], PALETTE["helping"], PALETTE["pink"], PALETTE["green"])
+FRAME_SECONDS = 0.07  # a hundred frames in seven seconds
+LONGEST, SHORTEST = 24.0, 2.5  # seconds of a film's motion, as far as frames can be shown so
+SLOWEST = 0.3  # seconds of a frame
+GAZE_FRAMES = 1.5  # over about so many the eyes even out the motion that they look along
+CANDIDATES = 400  # of a very long performance, only so many frames are considered
+EVEN = 0.02  # what uneven key frames cost, where all else is equal
+TURN, PLACE = 0.25, 1.5  # what a turn, or the way across the room, counts beside a belief
+
+
+@dataclass(frozen=True, eq=False)
+class Performance:
+    """What the characters of a plane did in T frames, and what viewers believed.
+
+    Attributes:
+        positions [T + 1, n, 2]: of the characters, in the world's units, y to the north.
+        panels: curves over t = 0..T.
+        windows: stretches of time to mark.
+        captions: T + 1 lines.
+        leading: the first panel that is shown with the film.
+        source: the story's text.
+    """
+
+    title: str
+    spec: PlaneSpec
+    positions: np.ndarray
+    panels: tuple[Panel, ...] = ()
+    windows: tuple[Window, ...] = ()
+    captions: Sequence[str] = ()
+    leading: Panel | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        positions, count = np.asarray(self.positions), len(self.spec.characters)
+        frames = len(positions) - 1
+        if frames < 0 or positions.shape[1:] != (count, 2):
+            raise ValueError(f"positions must be [T + 1, {count}, 2], not {positions.shape}")
+        if not np.isfinite(positions).all():
+            raise ValueError("positions must be finite")
+        for panel in self.panels:
+            if panel.last != frames:
+                raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {frames}")
+        for window in self.windows:
+            if window.last > frames:
+                raise ValueError(f"window {window.label!r} ends after the last frame, {frames}")
+        if len(self.captions) != frames + 1:
+            raise ValueError(f"{frames + 1} captions are needed, not {len(self.captions)}")
+
+    @property
+    def frames(self) -> int:
+        """T, the last frame."""
+        return len(self.positions) - 1
+
+    @cached_property
+    def gaze(self) -> np.ndarray:
+        """[T + 1, n, 2] Where the eyes look, x to the east and y to the north, at most 1 long:
+        along the motion, and straight ahead (0) at rest."""
+        speed = np.array([c.speed for c in self.spec.characters])[:, None]
+        steps = np.diff(self.positions, axis=0) / speed
+        if not len(steps):
+            return np.zeros_like(self.positions)
+        # Who looks around a corner sees it a little before turning.
+        offsets = np.arange(len(steps)) - np.arange(self.frames + 1)[:, None]
+        weights = np.exp(-0.5 * ((offsets - 0.5) / GAZE_FRAMES) ** 2)
+        weights /= weights.sum(axis=1, keepdims=True)
+        along = 1.5 * np.einsum("ts,snd->tnd", weights, steps)
+        return along / np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1)
+
+    def at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions [n, 2] and gaze [n, 2] at a frame or, evenly mixed, between two."""
+        time = min(max(time, 0.0), self.frames)
+        before = int(time)
+        after, share = min(before + 1, self.frames), time - before
+        positions, gaze = (
+            course[before] * (1 - share) + course[after] * share
+            for course in (self.positions, self.gaze)
+        )
+        return positions, gaze
+
+    def way(self, number: int, first: float, last: float) -> np.ndarray:
+        """[k, 2] The way of a character from one time to another, k >= 2."""
+        inside = np.arange(np.floor(first) + 1, np.ceil(last))
+        times = np.concatenate([[first], inside, [last]])
+        frames = np.arange(self.frames + 1)
+        course = self.positions[:, number]
+        return np.stack([np.interp(times, frames, course[:, k]) for k in (0, 1)], axis=1)
+
+    def window_at(self, time: float) -> Window | None:
+        """The marked stretch that a time lies in."""
+        return next((w for w in self.windows if w.first <= time <= w.last), None)
+
+
+def frame_seconds(performances: Sequence[Performance]) -> float:
+    """How long a frame is shown: short performances slowly, long ones quickly."""
+    frames = max(1, *(p.frames for p in performances))
+    return float(np.clip(FRAME_SECONDS, min(SHORTEST / frames, SLOWEST), LONGEST / frames))
+
+
+def key_frames(performance: Performance, count: int) -> list[int]:
+    """At most `count` of the frames 0..T, first and last among them: where beliefs change, where
+    somebody turns, and where somebody has come far since the one before.
+
+    Holding each chosen frame until the next one gives a step function; the choice is the one
+    nearest to beliefs, gazes and places in squares (dynamic programming), even ones before others.
+    """
+    frames = np.unique(np.linspace(0, performance.frames, CANDIDATES).astype(int))
+    count = min(count, len(frames))
+    room = np.hypot(performance.spec.width, performance.spec.height)
+    courses = [TURN * performance.gaze, PLACE * performance.positions / room]
+    courses += [s.values for p in performance.panels if p.kind == "probability" for s in p.series]
+    flat = np.concatenate([c.reshape(performance.frames + 1, -1) for c in courses], axis=1)
+    held = np.nan_to_num(flat)[frames]
+    squares = ((held[:, None] - held) ** 2).sum(axis=-1)
+    # [i, j] What it costs to hold frames[i] until frames[j] comes.
+    cost = np.cumsum(np.triu(squares), axis=1) - squares
+    gaps = (frames - frames[:, None]) / max(performance.frames, 1)
+    cost = np.where(gaps > 0, cost + EVEN * gaps**2, np.inf)
+    best, came = np.where(frames == 0, 0.0, np.inf), []
+    for _ in range(count - 1):
+        total = best[:, None] + cost
+        came.append(total.argmin(axis=0))
+        best = total.min(axis=0)
+    chosen = [len(frames) - 1]
+    for before in reversed(came):
+        chosen.append(int(before[chosen[-1]]))
+    return [int(frames[k]) for k in reversed(chosen)]

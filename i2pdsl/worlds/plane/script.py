@@ -1,0 +1,115 @@
+"""Scripts of planes: for every frame what each character tries, and where it is afterwards."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NoReturn
+
+import numpy as np
+
+from i2pdsl.errors import did_you_mean, error, shorten, whole_file
+from i2pdsl.worlds.plane.geometry import clearance
+from i2pdsl.worlds.plane.world import PlaneWorld
+from i2pdsl.worlds.record import Record, Trajectory
+
+TOLERANCE = 1e-3  # units: single precision and a rounded decimal are far below
+APART = 1.0  # units: two scripts look alike if everyone stands closer than this, on average
+
+
+def state_as_json(world: PlaneWorld, state: Any) -> dict[str, Any]:
+    """Where everybody is, [x, y] each."""
+    return _by_name(world, np.asarray(state))
+
+
+def frames_as_json(world: PlaneWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
+    """The frames of a script file: {"mover": {"velocity": [vx, vy]}, "state": {...}}."""
+    return tuple(
+        {
+            **{name: {"velocity": v} for name, v in _by_name(world, action).items()},
+            "state": state_as_json(world, after),
+        }
+        for action, after in zip(path.actions, path.states[1:], strict=True)
+    )
+
+
+def _by_name(world: PlaneWorld, numbers: np.ndarray) -> dict[str, list[float]]:
+    """Two numbers for each character, the shortest decimals of single precision."""
+    short = [float(str(x)) for x in numbers.astype(np.float32)]
+    return {c.name: short[2 * i : 2 * i + 2] for i, c in enumerate(world.spec.characters)}
+
+
+def read_plane(world: PlaneWorld, record: Record) -> Trajectory:
+    """The script in the world's numbers, validated frame by frame. Raises StoryError."""
+    names = [c.name for c in world.spec.characters]
+
+    def wrong(where: str, message: str, hint: str | None = None) -> NoReturn:
+        raise error("script", f"{where}: {message}", whole_file(record.where), hint)
+
+    def pair(value: Any, what: str, where: str) -> list[float]:
+        right = isinstance(value, list | tuple) and len(value) == 2
+        if not right or not all(type(x) in (int, float) and math.isfinite(x) for x in value):
+            wrong(where, f"{what} is written [x, y]")
+        return [float(x) for x in value]
+
+    def state(value: Any, where: str) -> list[float]:
+        if not isinstance(value, dict):
+            wrong(where, "a state gives the place of everyone")
+        for name in value:
+            if name not in names:
+                hint = did_you_mean(name, names)
+                wrong(where, f"there is no `{shorten(name)}` in {world.name}", hint)
+        return [x for name in names for x in pair(value.get(name), f"the place of `{name}`", where)]
+
+    def action(frame: dict[str, Any], where: str) -> list[float]:
+        found = []
+        for name in frame:
+            if name not in (*names, "state", "event"):
+                wrong(where, f"there is no `{shorten(name)}`", did_you_mean(name, names))
+        if frame.get("event") is not None:
+            wrong(where, "there are no events in a plane")
+        for name in names:
+            acts = frame.get(name)
+            if not isinstance(acts, dict) or "velocity" not in acts:
+                wrong(where, f"what does `{name}` do?", f'"{name}": {{"velocity": [0.1, 0]}}')
+            found += pair(acts["velocity"], f"the velocity of `{name}`", where)
+        return found
+
+    places = [state(record.start, "start")]
+    actions = []
+    for number, frame in enumerate(record.frames, 1):
+        actions.append(action(frame, f"frame {number}"))
+        places.append(state(frame.get("state"), f"frame {number}"))
+    where = np.array(places)
+    moved = np.diff(where, axis=0, prepend=where[:1])
+    path = Trajectory(np.array(actions), np.concatenate([where, moved], axis=1))
+    check_start(world, where[0], lambda message: wrong("start", message))
+    follows = world.transition(world.tables, path.states[:-1], path.actions)
+    missed = np.abs(follows - path.states[1:])[:, : where.shape[1]].max(-1)
+    bad = np.flatnonzero(~(missed <= TOLERANCE))
+    if len(bad):
+        off = f"{missed[bad[0]]:.3g}"
+        wrong(f"frame {bad[0] + 1}", f"by the world's rules someone is elsewhere (by {off} units)")
+    return path
+
+
+def check_start(world: PlaneWorld, places: np.ndarray, wrong: Any) -> None:
+    """Reports a first picture that cannot be: somebody outside, in a wall or in another."""
+    tables = world.tables
+    for i, c in enumerate(world.spec.characters):
+        at = places[2 * i : 2 * i + 2]
+        low, high = c.radius - TOLERANCE, tables.size - c.radius + TOLERANCE
+        if (at < low).any() or (at > high).any():
+            wrong(f"`{c.name}` is outside the plane")
+        if clearance(tables.walls, at) < c.radius - TOLERANCE:
+            wrong(f"`{c.name}` stands in a wall")
+    if len(places) == 4 and np.hypot(*(places[:2] - places[2:])) < tables.radius.sum() - TOLERANCE:
+        wrong("the two overlap")
+
+
+def distance(world: PlaneWorld, first: np.ndarray, second: np.ndarray) -> float:
+    """How differently two scripts look, in units of what people see: the largest, over the
+    characters, of the mean distance over time between where it is in the one and in the other.
+    Who goes the same way a little later does not look different."""
+    count = world.cast.count
+    apart = (first - second)[:, : 2 * count].reshape(len(first), count, 2)
+    return float(np.hypot(apart[..., 0], apart[..., 1]).mean(0).max() / APART)

@@ -1,0 +1,107 @@
+"""The words of a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+
+from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
+from i2pdsl.worlds.plane.spec import PlaneSpec
+
+ALONE = (
+    Predicate("at", ("character", "place"), "its middle is within the place"),
+    Predicate("moved", ("character",), "it was seen to move in that frame", True),
+    Predicate("speed", ("character",), "units that it moved in that frame", True, True),
+    Predicate(
+        "effort",
+        ("character",),
+        "the square of its speed, 1 for the speed that it likes, also where it is stopped",
+        True,
+        True,
+    ),
+    Predicate(
+        "acceleration",
+        ("character",),
+        "the square of the change of its velocity since the frame before, in the same units",
+        True,
+        True,
+    ),
+    Predicate(
+        "progress",
+        ("character", "place"),
+        "units by which its way to the place became shorter in that frame",
+        True,
+        True,
+    ),
+)
+TOGETHER = (
+    Predicate("touching", ("character", "character"), "the two touch each other"),
+    Predicate(
+        "distance", ("character", "character"), "units from middle to middle", is_number=True
+    ),
+)
+WORDS = {"observer": ("step", "path")}
+RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
+    "beta": (lambda x: 0 < x <= 1e3, "above 0 and at most 1000"),
+    "safe": (lambda x: 0 < x <= 1e4, "above 0 and at most 10000"),
+    "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+}
+SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
+_DOCUMENTATION = {
+    "beta": "inverse temperature: how sharply characters prefer what costs least, per unit of way",
+    "safe": "the distance at which who avoids the other is content",
+    "observer": "step: viewers weigh each move against all others; path: the way so far and the "
+    "way that is left against the shortest one (Dragan, Lee and Srinivasa 2013)",
+    "forgetting": "share of the belief that is reassigned after each move",
+}
+
+
+def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
+    """The vocabulary of a plane, from its .world file alone."""
+    latents: dict[str, Latent] = {}
+    social = spec.social
+    if social:
+        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
+        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
+        latents[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
+    for c in spec.characters:
+        latents[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
+    for c in spec.characters:
+        about = f"whether {c.name} acts rationally, or at random"
+        rational = rationality_of(c.name)
+        latents[rational] = Latent(rational, "truth", (True, False), about)
+    predicates = ALONE + (TOGETHER if len(spec.characters) == 2 else ())
+    return Vocabulary(
+        world=spec.name,
+        latents=latents,
+        hypotheses=plane_hypotheses(spec),
+        characters=tuple(c.name for c in spec.characters),
+        rational={c.name: rationality_of(c.name) for c in spec.characters},
+        actions=(),
+        can_fail=frozenset(),
+        things=(),
+        may_be_absent=frozenset(),
+        places={place.name: ((number, 0),) for number, place in enumerate(spec.places)},
+        columns=0,
+        rows=0,
+        events={},
+        predicates={p.name: p for p in predicates},
+        settings={
+            f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
+        },
+        observer_settings=("beta", "forgetting", "observer"),
+        has_plausibility=False,
+        enumerable=False,
+        search_settings=SEARCH,
+        documentation=spec.documentation,
+    )
+
+
+def _setting(name: str, default: float | str) -> Setting:
+    about = _DOCUMENTATION[name]
+    if name in WORDS:
+        return Setting(name, default, about, WORDS[name])
+    accepts, range_ = RANGES[name]
+    return Setting(name, default, about, (), range_, accepts)
