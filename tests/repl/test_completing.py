@@ -108,7 +108,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("sum_", {"sum_t", "sum_{"}),
         ("# P(", set()),
         # Statements.
-        ("world ", {"fork", "hill", "kitchen", "maze", "porters"}),
+        ("world ", set("desk fork hill house kitchen maze meadow porters yard".split())),
         ("world kit", {"kitchen"}),
         ("audience ", {"average", "bayesian"}),
         ("search ", {"beam", "naive"}),
