@@ -108,4 +108,4 @@ def test_what_a_library_says_is_proved_again(tmp_path: Path) -> None:
     first["worlds"]["kitchen"]["with"] = "p(rho >"
     first["worlds"]["nowhere"] = {"fits": True, "with": "p(rho > 0)"}
     assert "hill" not in held_against_worlds(second, library)
-    assert held_against_worlds(first, library) == ["fork", "hill", "maze", "porters"]
+    assert held_against_worlds(first, library) == ALL.replace("kitchen ", "").split()
