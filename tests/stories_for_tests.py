@@ -47,7 +47,8 @@ def expectations(path: Path) -> list[Expectation]:
 
 PATHS = sorted(p for p in STORIES.rglob("*.story") if p.parent.name != "patterns")
 HILL = [p for p in PATHS if p.parent.name == "hill"]
-MAPS = [p for p in PATHS if p not in HILL]
+PLANE = [p for p in PATHS if p.parent.name == "plane"]
+MAPS = [p for p in PATHS if p not in (*HILL, *PLANE)]
 
 
 def name(path: Path) -> str:

@@ -513,7 +513,10 @@ def test_patterns(place: Path, i2p: Run) -> None:
     assert names == sorted(names)
     assert {"arc", "depict", "irony", "twist"} <= set(names)
     Path("library.story").write_text("# Doubles.\npattern twice(x) = 2 * x\n", encoding="utf-8")
-    listed = "twice(x)\n    Doubles.\n    x: number\n    fits fork, hill, kitchen, maze, porters\n"
+    listed = (
+        "twice(x)\n    Doubles.\n    x: number\n"
+        "    fits desk, fork, hill, house, kitchen, maze, meadow, porters, yard\n"
+    )
     assert i2p("patterns", "library.story").out == listed
     for wrong in ("walk.story", "missing.story", "/proc/self/mem"):
         assert i2p("patterns", wrong).status == WRONG

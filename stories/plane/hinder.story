@@ -1,12 +1,13 @@
-# The big one keeps the little one from where it wants to be: it stands in its way, and pushes back.
+# The little one wants to go to its nest, and the big one keeps it away: it stands in its way, and
+# pushes it back.
 world yard
 length 100
 
-maximize depict(rho < 0)
-maximize 0.3 * sum_t [touching(little, big) @ script[t]]
+maximize depict(rho < 0 and G_little = nest)
+minimize sum_t 3 * [progress(little, nest) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
-# expect mean_t P(rho < 0 | script[:t]) >= 0.85
+# expect mean_t P(rho < 0 and G_little = nest | script[:t]) >= 0.8
 # expect mean_t [touching(little, big) @ script[t]] >= 0.3
-# expect sum_t [at(little, nest) @ script[t]] + sum_t [at(little, pond) @ script[t]] <= 0
+# expect sum_t [progress(little, nest) @ script[t]] <= 2
 # expect assume nothing: mean_t P(R_little and R_big | script[:t]) >= 0.9

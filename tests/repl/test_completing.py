@@ -15,6 +15,7 @@ from worlds_for_tests import STORIES
 
 LATENTS = {"rho", "G_cheese", "G_robot", "R_cheese", "R_robot"}
 EVENTS = LATENTS | {"friend", "not", "("}
+BUILTIN = {"desk", "fork", "hill", "house", "kitchen", "maze", "meadow", "porters", "yard"}
 MOVES = {"north", "south", "east", "west", "stay"}
 FAILING = {"north!", "south!", "east!", "west!"}
 FORMS = {"P", "E", "KL", "entropy", "surprise", "suspense", "last"}
@@ -108,7 +109,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("sum_", {"sum_t", "sum_{"}),
         ("# P(", set()),
         # Statements.
-        ("world ", {"fork", "hill", "kitchen", "maze", "porters"}),
+        ("world ", BUILTIN),
         ("world kit", {"kitchen"}),
         ("audience ", {"average", "bayesian"}),
         ("search ", {"beam", "naive"}),

@@ -125,7 +125,7 @@ class _Reader(BlockReader):
                     values[key] = self.word(block, key, default, WORDS[key])
                 else:
                     values[key] = self.number(block, key, default, *RANGES[key])
-        floor = "#f1e8d8"
+        floor: str = "#f1e8d8"
         for block in of("drawing"):
             floor = self.color(block, "floor", floor)
         return PlaneSpec(
@@ -193,8 +193,8 @@ class _Reader(BlockReader):
         value = block.entries.get("points")
         if value is None:
             if not block.damaged:
-                hint = "points = [(0, 4), (5, 4)]"
-                self.problem("world-wall", "where is this wall?", block.span, hint)
+                example = "points = [(0, 4), (5, 4)]"
+                self.problem("world-wall", "where is this wall?", block.span, example)
             return None
         items = value.value if value.kind == "list" else [value]
         points = [self.point(item, "points") for item in items]
