@@ -515,7 +515,7 @@ def test_patterns(place: Path, i2p: Run) -> None:
     Path("library.story").write_text("# Doubles.\npattern twice(x) = 2 * x\n", encoding="utf-8")
     listed = (
         "twice(x)\n    Doubles.\n    x: number\n"
-        "    fits desk, fork, hill, house, kitchen, maze, meadow, porters, yard\n"
+        "    fits desk, fork, hill, house, kitchen, maze, meadow, pasture, porters\n"
     )
     assert i2p("patterns", "library.story").out == listed
     for wrong in ("walk.story", "missing.story", "/proc/self/mem"):

@@ -1,5 +1,5 @@
 # The big one helps the little one on its way, it seems; half way there it turns against it.
-world yard
+world pasture
 length 140
 
 maximize twist(rho > 0, rho < 0)

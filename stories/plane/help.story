@@ -1,5 +1,5 @@
 # The big one helps the little one to where it wants to be: it pushes from behind.
-world yard
+world pasture
 length 100
 
 maximize depict(rho > 0)

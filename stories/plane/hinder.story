@@ -1,6 +1,6 @@
 # The little one wants to go to its nest, and the big one keeps it away: it stands in its way, and
 # pushes it back.
-world yard
+world pasture
 length 100
 
 maximize depict(rho < 0 and G_little = nest)

@@ -130,7 +130,7 @@ EXACT = {
     "maximize P(rho > 0 | script[:¦": "n T last",
     "maximize [moved(robot) @ script[¦": "n T last",
     # Statements and their settings.
-    "world ¦": "desk fork hill house kitchen maze meadow porters yard",
+    "world ¦": "desk fork hill house kitchen maze meadow pasture porters",
     "audience ¦": "bayesian average",
     "audience bayesian(¦": "beta forgetting level0 prior",
     "audience bayesian(beta = 1, ¦": "forgetting level0 prior",

@@ -30,9 +30,9 @@ def packed(tmp_path: Path, text: str) -> PatternLibrary:
     return pack(tmp_path, [path], "one").library
 
 
-ALL = "desk fork hill house kitchen maze meadow porters yard"
-MOVING = "desk fork house kitchen maze meadow porters yard"
-SOCIAL = "house kitchen maze porters yard"
+ALL = "desk fork hill house kitchen maze meadow pasture porters"
+MOVING = "desk fork house kitchen maze meadow pasture porters"
+SOCIAL = "house kitchen maze pasture porters"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from worlds_for_tests import STORIES
 
 LATENTS = {"rho", "G_cheese", "G_robot", "R_cheese", "R_robot"}
 EVENTS = LATENTS | {"friend", "not", "("}
-BUILTIN = {"desk", "fork", "hill", "house", "kitchen", "maze", "meadow", "porters", "yard"}
+BUILTIN = {"desk", "fork", "hill", "house", "kitchen", "maze", "meadow", "porters", "pasture"}
 MOVES = {"north", "south", "east", "west", "stay"}
 FAILING = {"north!", "south!", "east!", "west!"}
 FORMS = {"P", "E", "KL", "entropy", "surprise", "suspense", "last"}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from i2pdsl.errors import Diagnostic, Source
+from i2pdsl.errors import Diagnostic, Source, error, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
@@ -88,6 +88,10 @@ class GridKind(Kind):
             f"{document['seconds']:.1f} s"
         )
         return Prepared(document, words)
+
+    def training_settings(self, spec: GridSpec) -> tuple[str, ...]:
+        message = f"world {spec.name} is not trained but planned"
+        raise error("no-training", message, whole_file(spec.name), f"`i2p plan {spec.name}`")
 
     # Scripts.
 
