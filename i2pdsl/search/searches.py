@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language import typed as ty
 from i2pdsl.language.story import TypedStory, default_assumption
-from i2pdsl.programs import Program
 from i2pdsl.search.task import Found, Search, Task, draw_starts
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Trajectory, empty, extended
+
+if TYPE_CHECKING:
+    from i2pdsl.programs import Program
 
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 RESCORED_FRAMES = 20_000  # of all of them together, if they are long

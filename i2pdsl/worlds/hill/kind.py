@@ -6,8 +6,6 @@ from collections.abc import Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from i2pdsl.errors import Source, StoryError, error, first_of, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
@@ -18,6 +16,8 @@ from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.kind import Kind, Prepared, Watch, refused
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from i2pdsl.worlds.hill.world import HillWorld
     from i2pdsl.worlds.record import Record, Trajectory
     from i2pdsl.worlds.world import Viewer
@@ -142,12 +142,16 @@ class HillKind(Kind):
         rational: np.ndarray,
         seed: int,
     ) -> Trajectory:
+        import numpy as np
+
         from i2pdsl.worlds.hill.world import hill_rollout
 
         with np.errstate(all="ignore"):  # what is not finite is refused
             return hill_rollout(world, story.length, story.search.noise, seed)
 
     def distance(self, world: HillWorld, first: np.ndarray, second: np.ndarray) -> float:
+        import numpy as np
+
         from i2pdsl.worlds.hill.hopper import NODE_COUNT
 
         places = [s[:, : 2 * NODE_COUNT].reshape(len(s), 2, -1) for s in (first, second)]
@@ -160,6 +164,8 @@ class HillKind(Kind):
         self, world: HillWorld, module: Module, path: Trajectory, typed: str
     ) -> tuple[Trajectory, str]:
         """So many frames of the controller's own motion."""
+        import numpy as np
+
         from i2pdsl.worlds.record import extended
 
         if not typed.isdecimal() or len(typed) > 9 or not 1 <= int(typed) <= MOST_FRAMES:
@@ -172,7 +178,7 @@ class HillKind(Kind):
         return longer, f"[{frames} frames of the hopper's own motion]"
 
     def frame_in_words(self, world: HillWorld, path: Trajectory, frame: int) -> str:
-        residual = np.asarray(path.actions[frame - 1])
+        residual = path.actions[frame - 1]
         if not residual.any():
             return "the hopper's own motion"
         return f"muscles changed by {', '.join(f'{x:+.2f}' for x in residual)}"
