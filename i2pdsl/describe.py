@@ -43,7 +43,12 @@ def describe_world(spec: Spec) -> str:
             "latents",
             [(f"{x.name} in {{{x.domain}}}", x.documentation) for x in words.latents.values()],
         ),
-        ("tiles", [(name, ", ".join(map(str, cells))) for name, cells in words.places.items()]),
+        (
+            "tiles",
+            [(name, ", ".join(map(str, cells))) for name, cells in words.places.items()]
+            if words.columns
+            else [],
+        ),
         ("predicates", [(_signature(p), p.documentation) for p in words.predicates.values()]),
         (
             "events",

@@ -76,7 +76,7 @@ def test_several_scripts_are_drawn_side_by_side(place: Path, i2p: Run) -> None:
     (place / "walk.story").write_text("world fork\nlength 3\nsearch naive\n", encoding="utf-8")
     mixed = i2p("render", "light.story", "walk.story")
     assert mixed.status == WRONG
-    assert "only scripts of the hill are drawn side by side" in mixed.err
+    assert "these scripts cannot be drawn side by side" in mixed.err
 
 
 @pytest.mark.parametrize(

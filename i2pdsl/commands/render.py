@@ -28,7 +28,7 @@ def render(
 ) -> int:
     """Draw the pictures of a finished script, or of a story that is solved first.
 
-    Several scripts of the hill are drawn side by side, in the same time.
+    Several scripts of the hill, or of one plane, are drawn side by side, in the same time.
     """
     if out is not None:
         check_writable(Path(out))

@@ -110,17 +110,21 @@ class Predicates(Arithmetic):
         raise self.fail(code, message, stripped.span, inner, hint or None)
 
     def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
-        """The cells that a tile's name or a pair (column, row) stands for."""
-        stripped, inner = self.strip(node, env, tuple(self.world.places), "the name of a tile")
+        """The cells that a tile's name or a pair (column, row) stands for; a world without a map
+        has only places with names."""
+        has_map = self.world.columns > 0
+        what = "tile" if has_map else "place"
+        listed = "or write (column, row)" if has_map else "places: " + ", ".join(self.world.places)
+        stripped, inner = self.strip(node, env, tuple(self.world.places), f"the name of a {what}")
         if isinstance(stripped, ast.Name):
             if stripped.id not in self.world.places:
-                hint = did_you_mean(stripped.id, self.world.places) or "or write (column, row)"
-                message = f"there is no tile `{stripped.id}`"
+                hint = did_you_mean(stripped.id, self.world.places) or listed
+                message = f"there is no {what} `{stripped.id}`"
                 raise self.fail("no-place", message, stripped.span, inner, hint)
             return self.world.places[stripped.id]
         item = self.item(stripped, replace(inner, inside="", times=None))
-        if item.kind != "pair":
-            hint = "write a tile's name or (column, row)"
+        if item.kind != "pair" or not has_map:
+            hint = "write a tile's name or (column, row)" if has_map else listed
             raise self.blame(
                 "no-place", f"expected a place, found {ITEMS_IN_WORDS[item.kind]}", node, env, hint
             )

@@ -33,5 +33,5 @@ class Drawing(ABC):
 
 def one_by_one(scripts: Sequence[Script]) -> StoryError:
     """That these scripts are not drawn side by side."""
-    message = "only scripts of the hill are drawn side by side"
+    message = "these scripts cannot be drawn side by side"
     return error("pictures", message, whole_file(scripts[1].record.where), "draw them one by one")
