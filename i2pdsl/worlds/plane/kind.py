@@ -146,7 +146,8 @@ class PlaneKind(Kind):
     ) -> Trajectory:
         from i2pdsl.worlds.plane.naive import walk
 
-        return walk(world, allowed[0], rational, story.length, story.search.noise, seed)
+        mask, noise = rational & world.rational, story.search.noise
+        return walk(world.tables, world.cast, allowed[0], mask, story.length, noise, seed)
 
     def distance(self, world: PlaneWorld, first: np.ndarray, second: np.ndarray) -> float:
         from i2pdsl.worlds.plane.script import distance

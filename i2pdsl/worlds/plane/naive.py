@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from i2pdsl.worlds.plane import model
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.record import Trajectory
-
-if TYPE_CHECKING:
-    from i2pdsl.worlds.plane.world import PlaneWorld
 
 SHARPNESS = 10.0  # inverse temperature per step at the speed that they like: nearly the best
 WAVE = 6  # frames over which a change of velocity lasts
@@ -28,7 +23,8 @@ def wandering(generator: np.random.Generator, spread: float, shape: tuple[int, .
 
 
 def walks(
-    world: PlaneWorld,
+    tables: model.Tables,
+    cast: model.Cast,
     start: np.ndarray,
     hypotheses: np.ndarray,
     changes: np.ndarray,
@@ -44,17 +40,17 @@ def walks(
         changes: of their velocities, in units of the speed that each likes, [S, T, n, 2].
         pace: factors of their velocities, [S, n].
     """
-    count = world.cast.count
+    count = cast.count
     nodes, weights = disc(_DIRECTIONS, _SPEEDS)
-    tables = world.tables._replace(nodes=nodes, log_weights=np.log(weights))
+    tables = tables._replace(nodes=nodes, log_weights=np.log(weights))
     plans = [p.rows[:, hypotheses].argmax(0)[:, None, None] for p in tables.plans]
     states, actions = [start], []
     for t in range(changes.shape[1]):
-        known = model.outlook(tables, world.cast, states[-1])
+        known = model.outlook(tables, cast, states[-1])
         moving = model.each(states[-1], 2 * count)[count:]
         chosen = []
         for who in range(count):
-            tried, costs = model.alternatives(tables, world.cast, who, known, moving)
+            tried, costs = model.alternatives(tables, cast, who, known, moving)
             cost = np.take_along_axis(costs, plans[who], -1)[..., 0]  # [S, K]
             beta = SHARPNESS / tables.speed[who]
             share = np.exp(tables.log_weights - beta * (cost - cost.min(-1, keepdims=True)))
@@ -63,17 +59,23 @@ def walks(
             change = tables.speed[who] * changes[:, t, who]
             chosen.append(pace[:, who, None] * mean + change)
         actions.append(np.concatenate(chosen, axis=-1))
-        states.append(model.transition(tables, world.cast, states[-1], actions[-1]))
+        states.append(model.transition(tables, cast, states[-1], actions[-1]))
     return Trajectory(np.stack(actions, axis=1), np.stack(states, axis=1))
 
 
 def walk(
-    world: PlaneWorld, start: np.ndarray, rational: np.ndarray, length: int, noise: float, seed: int
+    tables: model.Tables,
+    cast: model.Cast,
+    start: np.ndarray,
+    rational: np.ndarray,
+    length: int,
+    noise: float,
+    seed: int,
 ) -> Trajectory:
     """One script of characters who act by a hypothesis drawn from a mask [H]."""
     generator = np.random.default_rng(seed)
-    hypothesis = generator.choice(np.flatnonzero(rational & world.rational))
-    changes = wandering(generator, noise, (1, length, world.cast.count, 2))
-    pace = np.ones((1, world.cast.count))
-    found = walks(world, start[None], np.array([hypothesis]), changes, pace)
+    hypothesis = generator.choice(np.flatnonzero(rational))
+    changes = wandering(generator, noise, (1, length, cast.count, 2))
+    pace = np.ones((1, cast.count))
+    found = walks(tables, cast, start[None], np.array([hypothesis]), changes, pace)
     return Trajectory(found.actions[0], found.states[0])

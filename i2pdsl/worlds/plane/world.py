@@ -135,7 +135,7 @@ class PlaneWorld(ContinuousWorld):
         pace = generator.choice([0.7, 1.0, 1.4], size=(seeds, self.cast.count))
         changes = wandering(generator, noise, (seeds, length, self.cast.count, 2))
         start = np.repeat(np.asarray(state, float)[None], seeds, axis=0)
-        return walks(self, start, hypotheses, changes, pace).actions
+        return walks(self.tables, self.cast, start, hypotheses, changes, pace).actions
 
     @property
     def rational(self) -> np.ndarray:
