@@ -45,8 +45,7 @@ class Beam(Search):
             began = time.perf_counter()
             given = (task.world, objective, length, starts, plan.width, task.events)
             found = beam_search(*given, watch.searching, watch.say)
-        watch.add("compile", time.perf_counter() - found.compile_seconds)
-        watch.add("search", began + found.compile_seconds)
+        watch.add("search", began, found.compile_seconds)
         kept = max(count, min(RESCORED if count > 1 else 8, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:kept]
         paths = [
@@ -83,8 +82,7 @@ class Descend(Search):
             began = time.perf_counter()
             given = (task.world, objective, task.story.length, task.story.search, seed)
             found = descend(*given, watch.searching, watch.say, start=task.starts[0])
-        watch.add("compile", time.perf_counter() - found.compile_seconds)
-        watch.add("search", began + found.compile_seconds)
+        watch.add("search", began, found.compile_seconds)
         paths = [
             Trajectory(actions.astype(float), states.astype(float))
             for actions, states in zip(found.actions, found.states, strict=True)

@@ -94,6 +94,16 @@ def kind_said(source: Source) -> tuple[str, Span] | None:
     return same_name(match[1] or ""), Span(source, *match.span(1 if match[1] else 0))
 
 
+def header(source: Source) -> str:
+    """The comment block at the top of a file, which documents its world."""
+    lines = []
+    for line in source.text.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.lstrip("#").strip())
+    return "\n".join(lines)
+
+
 @cache
 def grammar(file: str) -> Lark:
     text = (data_folder("grammar") / file).read_text(encoding="utf-8")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import product
+from typing import Protocol
+
 Hypothesis = dict[str, float | str | bool]
 """One possible truth: latent -> value. A latent that plays no part is missing."""
 
@@ -16,3 +20,51 @@ def goal_of(name: str) -> str:
 def rationality_of(name: str) -> str:
     """The latent that says whether a character is rational."""
     return f"R_{name}"
+
+
+class Minded(Protocol):
+    """A character that may want something, and care about another."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def goals(self) -> tuple[str, ...]: ...
+
+    @property
+    def attitude(self) -> tuple[float, ...]: ...
+
+
+def of_one(one: Minded) -> tuple[Hypothesis, ...]:
+    """The hypotheses about a character alone: its goals, or that it acts at random."""
+    goal, rational = goal_of(one.name), rationality_of(one.name)
+    rows: list[Hypothesis] = [{goal: g, rational: True} for g in one.goals]
+    return (*rows, {rational: False})
+
+
+def of_two(
+    first: Minded, second: Minded, is_nothing: Callable[[str, float], bool]
+) -> tuple[Hypothesis, ...]:
+    """The hypotheses about two characters, each distinguishable one once, in a fixed order.
+
+    Goals x goals x attitudes of the second where both are rational; beside one that acts at
+    random nobody has an attitude.
+
+    Args:
+        is_nothing: whether the second's goal and attitude are left out.
+    """
+    g1, r1 = goal_of(first.name), rationality_of(first.name)
+    g2, r2 = goal_of(second.name), rationality_of(second.name)
+    rows: list[Hypothesis] = []
+    for goal1, goal2, rho in product(first.goals, second.goals, second.attitude or (None,)):
+        if rho is not None and is_nothing(goal2, rho):
+            continue
+        row: Hypothesis = {g1: goal1, g2: goal2, r1: True, r2: True}
+        if rho is not None:
+            row[ATTITUDE] = rho
+        rows.append(row)
+    indifferent: Hypothesis = {ATTITUDE: 0.0} if second.attitude else {}
+    rows += [{g2: g, **indifferent, r1: False, r2: True} for g in second.goals]
+    rows += [{g1: g, r1: True, r2: False} for g in first.goals]
+    rows.append({r1: False, r2: False})
+    return tuple(rows)

@@ -32,8 +32,12 @@ class Watch:
     say: Callable[[str], None] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
-    def add(self, stage: str, began: float) -> None:
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - began
+    def add(self, stage: str, began: float, compiling: float = 0.0) -> None:
+        """A stage that began then is done; so much of its time was spent on compiling."""
+        spent = time.perf_counter() - began - compiling
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + spent
+        if compiling:
+            self.seconds["compile"] = self.seconds.get("compile", 0.0) + compiling
 
 
 class Spec(Hashable, Protocol):

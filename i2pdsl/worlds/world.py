@@ -4,7 +4,9 @@ that one compiled program serves all worlds of the same shape."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
@@ -154,6 +156,15 @@ class World(Protocol):
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
 
 
+def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
+    """log P(H) of each viewer before anything moved, [O, H], of `count` hypotheses: uniform where
+    he has no prior of his own."""
+    priors = [viewer.prior or (1 / count,) * count for viewer in viewers]
+    with np.errstate(divide="ignore"):
+        logs: np.ndarray = np.log(np.array(priors))
+    return logs
+
+
 def on_device(tables: Tables) -> Tables:
     """A tree of NumPy arrays in single precision on JAX's device."""
     import jax
@@ -170,10 +181,32 @@ def single_precision(array: np.ndarray) -> np.ndarray:
 
 
 class ContinuousWorld:
-    """What worlds lack whose states and actions cannot be listed. The checker refuses stories
-    that would need it."""
+    """What worlds of moving bodies have in common: states and actions are vectors, everything is
+    observed, nothing fails by chance. And what they lack, since nothing can be listed: the checker
+    refuses stories that would need it."""
 
+    spec: Any
+    tables: Any
+    weak_chances: tuple[float, ...] = ()
     turn_count = event_slots = 0
+
+    @property
+    def name(self) -> str:
+        return str(self.spec.name)
+
+    @cached_property
+    def search_tables(self) -> Tables:
+        return on_device(self.tables)
+
+    def log_prior(self, tables: Tables) -> Array:
+        return tables.log_prior
+
+    def forgetting(self, tables: Tables) -> Array:
+        return tables.forgetting
+
+    def is_observed(self, action: Array) -> Array:
+        xp = action.__array_namespace__()
+        return xp.ones(action.shape[:-1], dtype=bool)
 
     def all_states(self, tables: Tables) -> NoReturn:
         raise NotImplementedError("states cannot be listed")

@@ -6,7 +6,7 @@ from __future__ import annotations
 from itertools import product
 
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, of_one, of_two, rationality_of
 
 
 def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
@@ -16,29 +16,12 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
     by word, every irrational robot once for each of its goals and attitudes (72 in the kitchen).
     """
     if len(spec.characters) == 1:
-        (one,) = spec.characters
-        goal, rational = goal_of(one.name), rationality_of(one.name)
-        alone: list[Hypothesis] = [{goal: g, rational: True} for g in one.goals]
-        return (*alone, {rational: False})
+        return of_one(spec.characters[0])
     if spec.settings.hypotheses == "literal":
         return _literal(spec)
     modeller = spec.modeller or spec.characters[1]
     modelled = next(c for c in spec.characters if c.name != modeller.name)
-    g1, r1 = goal_of(modelled.name), rationality_of(modelled.name)
-    g2, r2 = goal_of(modeller.name), rationality_of(modeller.name)
-    rows: list[Hypothesis] = []
-    for first, second, rho in product(modelled.goals, modeller.goals, modeller.attitude or (None,)):
-        if rho == 0 and second == NO_GOAL:
-            continue
-        row: Hypothesis = {g1: first, g2: second, r1: True, r2: True}
-        if rho is not None:
-            row[ATTITUDE] = rho
-        rows.append(row)
-    indifferent: Hypothesis = {ATTITUDE: 0.0} if modeller.attitude else {}
-    rows += [{g2: g, **indifferent, r1: False, r2: True} for g in modeller.goals]
-    rows += [{g1: g, r1: True, r2: False} for g in modelled.goals]
-    rows.append({r1: False, r2: False})
-    return tuple(rows)
+    return of_two(modelled, modeller, lambda goal, rho: rho == 0 and goal == NO_GOAL)
 
 
 def _literal(spec: GridSpec) -> tuple[Hypothesis, ...]:

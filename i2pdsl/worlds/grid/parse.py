@@ -12,7 +12,7 @@ from typing import Any
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of, shorten
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
-from i2pdsl.worlds.blocks import Block
+from i2pdsl.worlds.blocks import Block, header
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
@@ -42,20 +42,10 @@ def parse_world(source: Source, name: str) -> GridSpec:
     check_text(source)
     reader = _Reader(source)
     reader.read()
-    spec = reader.world(name, _header(source))
+    spec = reader.world(name, header(source))
     if reader.problems or spec is None:
         raise StoryError(first_of(sorted(reader.problems, key=lambda d: d.span.start)))
     return spec
-
-
-def _header(source: Source) -> str:
-    """The comment block at the top of the file."""
-    lines = []
-    for line in source.text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line.lstrip("#").strip())
-    return "\n".join(lines)
 
 
 class _Reader(MapReader):

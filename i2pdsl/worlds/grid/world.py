@@ -27,7 +27,7 @@ from i2pdsl.worlds.grid.planning import (
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches, Viewer, on_device
+from i2pdsl.worlds.world import Branches, Viewer, log_priors, on_device
 
 Array = Any
 
@@ -241,9 +241,6 @@ def assemble(
                     column[o, h] = first + plan.keys[who].index(key)
         columns.append(column)
         sharpness.append(beta)
-    priors = [v.prior or (1 / len(rows),) * len(rows) for v in viewers]
-    with np.errstate(divide="ignore"):
-        log_prior = np.log(np.array(priors))
     coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
     tables = model.Tables(
         cells=dynamics.cells,
@@ -260,7 +257,7 @@ def assemble(
         columns=tuple(columns),
         sharpness=tuple(sharpness),
         goals=tuple(goals),
-        log_prior=log_prior,
+        log_prior=log_priors(viewers, len(rows)),
         forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
     )
     moves = model.Moves(

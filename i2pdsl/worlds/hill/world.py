@@ -18,7 +18,7 @@ from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, m
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.record import Trajectory, empty, extended
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, on_device
+from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
 
 Array = Any
 
@@ -35,18 +35,9 @@ class HillWorld(ContinuousWorld):
     spec: HillSpec
     tables: model.Tables
 
-    @property
-    def name(self) -> str:
-        return self.spec.name
-
     @cached_property
     def vocabulary(self) -> Vocabulary:
         return hill_vocabulary(self.spec)
-
-    @property
-    def weak_chances(self) -> tuple[float, ...]:
-        """Nobody's actions fail by chance."""
-        return ()
 
     # The protocol (worlds/world.py).
 
@@ -59,18 +50,8 @@ class HillWorld(ContinuousWorld):
         shape = (seeds, length, *self.action_shape)
         return noise * np.random.default_rng(seed).normal(size=shape)
 
-    @cached_property
-    def search_tables(self) -> model.Tables:
-        return on_device(self.tables)
-
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         return ()
-
-    def log_prior(self, tables: model.Tables) -> Array:
-        return tables.log_prior
-
-    def forgetting(self, tables: model.Tables) -> Array:
-        return tables.forgetting
 
     def no_action(self, state: Array) -> Array:
         return state[..., :MUSCLE_COUNT] * 0
@@ -82,10 +63,6 @@ class HillWorld(ContinuousWorld):
         self, tables: model.Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return (model.log_likelihood(tables, state, action, after),)
-
-    def is_observed(self, action: Array) -> Array:
-        xp = action.__array_namespace__()
-        return xp.ones(action.shape[:-1], dtype=bool)
 
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, state)
@@ -133,10 +110,6 @@ def build_hill(
     driver = found[spec.settings.controller]
     offset, scale = scaling(spec.settings.slope)
     imagined = [found[v.spec.settings.controller] for v in viewers]
-    rows = len(weights)
-    priors = [v.prior or (1 / rows,) * rows for v in viewers]
-    with np.errstate(divide="ignore"):
-        log_prior = np.log(np.array(priors))
     tables = model.Tables(
         body=build_body(spec),
         mass=masses(spec, spec.settings.weight),
@@ -148,7 +121,7 @@ def build_hill(
         values=_for_viewers([(c.value, c.weights) for c in imagined], weights),
         sigma=np.array([float(v.spec.settings.sigma) for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
-        log_prior=log_prior,
+        log_prior=log_priors(viewers, len(weights)),
         forgetting=np.array([float(v.spec.settings.forgetting) for v in viewers]),
     )
     return HillWorld(spec, tables)

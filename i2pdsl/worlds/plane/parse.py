@@ -8,7 +8,7 @@ from typing import Any
 from i2pdsl.errors import Note, Source, Span, StoryError, first_of, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.language.statements import check_text
-from i2pdsl.worlds.blocks import Block, BlockReader, Syntax, Value
+from i2pdsl.worlds.blocks import Block, BlockReader, Syntax, Value, header
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 from i2pdsl.worlds.plane.spec import (
     APPROACH,
@@ -78,16 +78,6 @@ def parse_plane(source: Source, name: str) -> PlaneSpec:
     return spec
 
 
-def _header(source: Source) -> str:
-    """The comment block at the top of the file."""
-    lines = []
-    for line in source.text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line.lstrip("#").strip())
-    return "\n".join(lines)
-
-
 def _above_zero(most: float) -> Any:
     return lambda x: 0 < x <= most, f"above 0 and at most {most:g}"
 
@@ -130,7 +120,7 @@ class _Reader(BlockReader):
             floor = self.color(block, "floor", floor)
         return PlaneSpec(
             name, self.width, self.height, walls, places, characters, PlaneSettings(**values),
-            floor, _header(self.source), self.source.text,
+            floor, header(self.source), self.source.text,
         )  # fmt: skip
 
     def unique_names(self) -> None:

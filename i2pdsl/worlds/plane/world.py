@@ -18,7 +18,7 @@ from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, on_device
+from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
 
 Array = Any
 
@@ -38,18 +38,9 @@ class PlaneWorld(ContinuousWorld):
     tables: model.Tables
     cast: model.Cast
 
-    @property
-    def name(self) -> str:
-        return self.spec.name
-
     @cached_property
     def vocabulary(self) -> Vocabulary:
         return plane_vocabulary(self.spec)
-
-    @property
-    def weak_chances(self) -> tuple[float, ...]:
-        """Nobody's actions fail by chance."""
-        return ()
 
     @property
     def action_shape(self) -> tuple[int, ...]:
@@ -58,18 +49,8 @@ class PlaneWorld(ContinuousWorld):
 
     # The protocol (worlds/world.py).
 
-    @cached_property
-    def search_tables(self) -> model.Tables:
-        return on_device(self.tables)
-
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         return (self.cast,)
-
-    def log_prior(self, tables: model.Tables) -> Array:
-        return tables.log_prior
-
-    def forgetting(self, tables: model.Tables) -> Array:
-        return tables.forgetting
 
     def no_action(self, state: Array) -> Array:
         return state[..., : 2 * self.cast.count] * 0
@@ -81,10 +62,6 @@ class PlaneWorld(ContinuousWorld):
         self, tables: model.Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.cast, state, action, after)
-
-    def is_observed(self, action: Array) -> Array:
-        xp = action.__array_namespace__()
-        return xp.ones(action.shape[:-1], dtype=bool)
 
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, self.cast, who, state)
@@ -150,9 +127,6 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
     each = lambda key: np.array([float(getattr(c, key)) for c in cast])
     social = next((i for i, c in enumerate(cast) if c.toward), None)
     steps = [v.spec.settings.observer == "step" for v in viewers]
-    priors = [v.prior or (1 / len(rows),) * len(rows) for v in viewers]
-    with np.errstate(divide="ignore"):
-        log_prior = np.log(np.array(priors))
     detours, detour_scale, pairs, pair_scale = _ways(
         spec.segments, each_radius(spec), tuple(p.at for p in spec.places), spec.width, spec.height
     )
@@ -176,7 +150,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         by_path=~np.array(steps),
         nodes=nodes,
         log_weights=np.log(weights),
-        log_prior=log_prior,
+        log_prior=log_priors(viewers, len(rows)),
         forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
     )
     return PlaneWorld(spec, tables, model.Cast(len(cast), social, any(steps), not all(steps)))
