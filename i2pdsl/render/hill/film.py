@@ -8,10 +8,11 @@ import numpy as np
 
 from i2pdsl.render.hill.figures import CRATES
 from i2pdsl.render.hill.painter import Painter
-from i2pdsl.render.hill.performance import HUES, Performance
+from i2pdsl.render.hill.performance import Performance
 from i2pdsl.render.hill.race import Race
 from i2pdsl.render.hill.scene import view_of
-from i2pdsl.render.strip import Meter, Strip
+from i2pdsl.render.performances import meters, side_by_side, spread, windows_of
+from i2pdsl.render.strip import Strip
 from i2pdsl.render.video import (
     PALETTE_SAMPLES,
     PathLike,
@@ -22,7 +23,6 @@ from i2pdsl.render.video import (
 )
 
 NUMBERS_SECONDS = 0.5  # how often numbers change, to be read
-GAP = 6  # pixels between performances side by side
 
 
 def film_frames(
@@ -37,9 +37,8 @@ def film_frames(
     The array is reused: copy what must outlive the next step.
     """
     several = len(performances) > 1
-    columns = columns_for(len(performances))
     width = width // 2 * 2
-    each = (width - GAP * (columns - 1)) // columns
+    _, each = spread(len(performances), width)
     view = view_of(performances)
     painters = [
         Painter(p, view, each, CRATES[k % len(CRATES)], p.title if several else "")
@@ -47,50 +46,10 @@ def film_frames(
     ]
     lasting = max(performances, key=lambda p: p.frames)
     hold = max(1, round(NUMBERS_SECONDS / lasting.frame_seconds))
-    windows = tuple(dict.fromkeys(w for p in performances for w in p.windows))
-    strip = Strip(
-        lasting.frames, width, title, meters(performances), _clock(lasting), windows, hold
-    )
-    rows = -(-len(painters) // columns)
-    stage = rows * painters[0].height + GAP * (rows - 1)
+    curves, shaded = meters(performances), windows_of(performances)
+    strip = Strip(lasting.frames, width, title, curves, _clock(lasting), shaded, hold)
     below: list[Race | Strip] = [Race(performances, width, hold)] if several else []
-    below.append(strip)
-    height = -(-(stage + sum(part.height for part in below)) // 2) * 2
-    canvas = np.full((height, width, 3), 255, dtype=np.uint8)
-    for time in times:
-        for number, painter in enumerate(painters):
-            painter.paint(float(time))
-            row, column = divmod(number, columns)
-            x, y = column * (each + GAP), row * (painter.height + GAP)
-            canvas[y : y + painter.height, x : x + each] = painter.picture
-        top = stage
-        for part in below:
-            part.paint(float(time))
-            canvas[top : top + part.height, : part.width] = part.picture
-            top += part.height
-        yield canvas
-
-
-def columns_for(count: int) -> int:
-    """How many performances stand side by side."""
-    return count if count <= 3 else 2 if count == 4 else 3
-
-
-def meters(performances: Sequence[Performance]) -> list[Meter]:
-    """The curves below a film: the first panel of one performance, or, of several, the first
-    series of each one's first panel, held after its end."""
-    if len(performances) == 1:
-        panels = performances[0].panels[:1]
-        return [(s.label, s.color, s.values) for panel in panels for s in panel.series]
-    last = max(p.frames for p in performances)
-    found: list[Meter] = []
-    for number, p in enumerate(performances):
-        if p.panels:
-            first = p.panels[0].series[0]
-            values = np.pad(first.values, (0, last - p.frames), mode="edge")
-            label = f"{p.title}: {first.label}"
-            found.append((label, HUES[number % len(HUES)], values))
-    return found
+    yield from side_by_side(painters, [*below, strip], width, times)
 
 
 def save_mp4(

@@ -11,11 +11,12 @@ import numpy as np
 
 from i2pdsl.render.film_page import Film, film_page, plain
 from i2pdsl.render.hill.figures import CRATES, IDLE, LAYERS, LONG, SHORT, pose_svg, rig
-from i2pdsl.render.hill.performance import HUES, Performance, key_frames, units
+from i2pdsl.render.hill.performance import Performance, key_frames, units
 from i2pdsl.render.hill.rig import GROUNDED, ROPE_LENGTH, SCALE, UNITS, Part
 from i2pdsl.render.hill.scene import View, camera_way, moved, range_crest, view_of
 from i2pdsl.render.hill.scenery import FAR_SHARE, NEAR_SHARE, ground_svg, range_svg, sky_svg
 from i2pdsl.render.mind import Panel, Window
+from i2pdsl.render.performances import HUES
 from i2pdsl.resources import write_text
 from i2pdsl.worlds.hill.hopper import HAND, HIPS, HOOK
 

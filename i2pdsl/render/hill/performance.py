@@ -8,11 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from i2pdsl.render.mind import PALETTE, Panel, Window
+from i2pdsl.render.mind import Panel, Window
 from i2pdsl.worlds.hill.hopper import HIPS, MUSCLE_COUNT, NODE_COUNT
 
-# Of performances shown together, in order; their crates have colours alike (figures.CRATES).
-HUES = (PALETTE["cheese"], PALETTE["helping"], PALETTE["pink"], PALETTE["green"])
 OPENING_FRAMES = 16  # for so long the first key frame waits: the box drops when the world starts
 
 
@@ -60,6 +58,11 @@ class Performance:
                 raise ValueError(f"window {window.label!r} ends after the last frame, {frames}")
         if not callable(self.captions) and len(self.captions) not in (0, frames + 1):
             raise ValueError(f"{frames + 1} captions are needed, not {len(self.captions)}")
+
+    @property
+    def leading(self) -> Panel | None:
+        """The curves that are shown with the film."""
+        return self.panels[0] if self.panels else None
 
     @property
     def frames(self) -> int:

@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from i2pdsl.render.files import KEY_FRAMES, PictureFiles, printable
-from i2pdsl.render.hill.performance import HUES, Performance, key_frames
-from i2pdsl.render.mind import PANELS_MAX, Panel, Series, Window
+from i2pdsl.render.files import KEY_FRAMES
+from i2pdsl.render.hill.performance import Performance, key_frames
+from i2pdsl.render.mind import PANELS_MAX, Panel, Series
+from i2pdsl.render.performances import HUES, PerformancePictures
 
 
-class HillPictures(PictureFiles):
+class HillPictures(PerformancePictures[Performance]):
     """Draws one performance, or several side by side in the same time."""
 
-    def __init__(self, performances: Sequence[Performance], title: str | None = None):
-        if not performances:
-            raise ValueError("there is no performance to draw")
-        self.performances = tuple(performances)
-        self.several = len(self.performances) > 1
-        name = title or " · ".join(p.title for p in self.performances)
-        self.title = printable(name)
-        if self.several:
-            self.names = ("together",) * 3
-
-    @cached_property
-    def panels(self) -> tuple[Panel, ...]:
-        """The curves: a performance's own, or those that several have in common, compared."""
-        return compared(self.performances) if self.several else self.performances[0].panels
-
-    @property
-    def windows(self) -> tuple[Window, ...]:
-        """The stretches of time to shade in the curves: all there are, each once."""
-        return tuple(dict.fromkeys(w for p in self.performances for w in p.windows))
+    def compared(self) -> tuple[Panel, ...]:
+        return compared(self.performances)
 
     def comic(self) -> str:
         from i2pdsl.render.hill.comic import comic_svg, together_svg
@@ -44,11 +27,6 @@ class HillPictures(PictureFiles):
             return together_svg(self.performances, self.title)
         one = self.performances[0]
         return comic_svg(one, key_frames(one.frames, one.windows, KEY_FRAMES), self.title)
-
-    def save_mind(self, path: Path, title: str) -> Path | None:
-        from i2pdsl.render.mind import save_mind
-
-        return save_mind(path, self.panels, title, windows=self.windows) if self.panels else None
 
     def save_page(self, path: Path) -> Path:
         from i2pdsl.render.hill.page import save_page

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from i2pdsl.render.hill.performance import HUES, Performance
+from i2pdsl.render.hill.performance import Performance
 from i2pdsl.render.lettering import fitted, text_svg
 from i2pdsl.render.mind import FAINT, frame_ticks
+from i2pdsl.render.performances import HUES
 from i2pdsl.render.raster import svg_rgba, text_width
 
 LANE, EDGE, TEXT = 22, 14.0, 12.5

@@ -10,12 +10,13 @@ import numpy as np
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import TAG, fitted, text_svg
 from i2pdsl.render.mind import WINDOW, Window
+from i2pdsl.render.performances import meters, side_by_side, spread, windows_of
 from i2pdsl.render.plane.figures import film_svg
-from i2pdsl.render.plane.performance import HUES, Performance, frame_seconds
+from i2pdsl.render.plane.performance import Performance, frame_seconds
 from i2pdsl.render.plane.room import CREAM, FRAME
 from i2pdsl.render.plane.stage import stage_within
 from i2pdsl.render.raster import composite, svg_rgba, text_width
-from i2pdsl.render.strip import Meter, Strip
+from i2pdsl.render.strip import Strip
 from i2pdsl.render.video import (
     PALETTE_SAMPLES,
     PathLike,
@@ -25,7 +26,6 @@ from i2pdsl.render.video import (
     write_mp4,
 )
 
-GAP = 6  # pixels between performances side by side
 SIGN_HEIGHT = 30  # pixels at the top that names and windows may take
 HIGH = 0.72  # of a film's width: a stage is not higher
 NUMBERS_SECONDS = 0.25  # how often numbers change, to be read
@@ -119,43 +119,15 @@ def film_frames(
     The array is reused: copy what must outlive the next step.
     """
     several = len(performances) > 1
-    columns = min(len(performances), 2 if len(performances) == 4 else 3)
     width = width // 2 * 2
-    each = (width - GAP * (columns - 1)) // columns
+    _, each = spread(len(performances), width)
     painters = [Painter(p, performances, each, p.title if several else "") for p in performances]
     lasting = max(p.frames for p in performances)
     hold = max(1, round(NUMBERS_SECONDS / frame_seconds(performances)))
-    windows = tuple(dict.fromkeys(w for p in performances for w in p.windows))
-    strip = Strip(lasting, width, title, meters(performances), _clock(lasting), windows, hold)
-    rows = -(-len(painters) // columns)
-    stage = rows * painters[0].height + GAP * (rows - 1)
-    height = -(-(stage + strip.height) // 2) * 2
-    canvas = np.full((height, width, 3), 255, dtype=np.uint8)
-    for time in times:
-        for number, painter in enumerate(painters):
-            painter.paint(float(time))
-            row, column = divmod(number, columns)
-            x, y = column * (each + GAP), row * (painter.height + GAP)
-            canvas[y : y + painter.height, x : x + each] = painter.picture
-        strip.paint(float(time))
-        canvas[stage : stage + strip.height] = strip.picture
-        yield canvas
-
-
-def meters(performances: Sequence[Performance]) -> list[Meter]:
-    """The curves below a film: the leading panel of one performance, or, of several, the first
-    series of each one's, held after its end."""
-    if len(performances) == 1:
-        leading = performances[0].leading
-        return [(s.label, s.color, s.values) for s in leading.series] if leading else []
-    last = max(p.frames for p in performances)
-    found: list[Meter] = []
-    for number, p in enumerate(performances):
-        if p.leading:
-            first = p.leading.series[0]
-            values = np.pad(first.values, (0, last - p.frames), mode="edge")
-            found.append((f"{p.title}: {first.label}", HUES[number % len(HUES)], values))
-    return found
+    strip = Strip(
+        lasting, width, title, meters(performances), _clock(lasting), windows_of(performances), hold
+    )
+    yield from side_by_side(painters, [strip], width, times)
 
 
 def _clock(last: int) -> Callable[[int], str]:

@@ -8,11 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from i2pdsl.render.mind import PALETTE, Panel, Window
+from i2pdsl.render.mind import Panel, Window
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
-# Of performances shown together, in order.
-HUES = (PALETTE["cheese"], PALETTE["helping"], PALETTE["pink"], PALETTE["green"])
 FRAME_SECONDS = 0.07  # a hundred frames in seven seconds
 LONGEST, SHORTEST = 24.0, 2.5  # seconds of a film's motion, as far as frames can be shown so
 SLOWEST = 0.3  # seconds of a frame

@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from i2pdsl.render.files import PictureFiles, printable
-from i2pdsl.render.mind import PANELS_MAX, Panel, Series, Window
-from i2pdsl.render.plane.performance import HUES, Performance, key_frames
+from i2pdsl.render.mind import PANELS_MAX, Panel, Series
+from i2pdsl.render.performances import HUES, PerformancePictures
+from i2pdsl.render.plane.performance import Performance, key_frames
 
 KEY_FRAMES = 6  # beside the whole way
 
 
-class PlanePictures(PictureFiles):
+class PlanePictures(PerformancePictures[Performance]):
     """Draws one performance, or several of one room side by side in the same time."""
 
-    def __init__(self, performances: Sequence[Performance], title: str | None = None):
-        if not performances:
-            raise ValueError("there is no performance to draw")
-        self.performances = tuple(performances)
-        self.several = len(self.performances) > 1
-        self.title = printable(title or " · ".join(p.title for p in self.performances))
-        if self.several:
-            self.names = ("together",) * 3
-
-    @cached_property
-    def panels(self) -> tuple[Panel, ...]:
-        """The curves: a performance's own, or those that several have in common, compared."""
-        return compared(self.performances) if self.several else self.performances[0].panels
-
-    @property
-    def windows(self) -> tuple[Window, ...]:
-        """The stretches of time to shade in the curves: all there are, each once."""
-        return tuple(dict.fromkeys(w for p in self.performances for w in p.windows))
+    def compared(self) -> tuple[Panel, ...]:
+        return compared(self.performances)
 
     def comic(self) -> str:
         from i2pdsl.render.plane.comic import comic_svg, together_svg
@@ -44,11 +27,6 @@ class PlanePictures(PictureFiles):
             return together_svg(self.performances, self.title)
         one = self.performances[0]
         return comic_svg(one, key_frames(one, KEY_FRAMES), self.title)
-
-    def save_mind(self, path: Path, title: str) -> Path | None:
-        from i2pdsl.render.mind import save_mind
-
-        return save_mind(path, self.panels, title, windows=self.windows) if self.panels else None
 
     def save_page(self, path: Path) -> Path:
         from i2pdsl.render.plane.page import save_page
