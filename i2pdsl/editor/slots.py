@@ -13,6 +13,7 @@ from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.forms import ABOUT, APART, BY_NAME, UNSURE
 from i2pdsl.language.kinds import parameter_kinds
 from i2pdsl.language.scope import Module
+from i2pdsl.language.vocabulary import Weights
 
 _ARITHMETIC = ("PLUS", "MINUS", "STAR", "SLASH", "CARET")
 _OF_PARAMETER = {
@@ -37,8 +38,7 @@ _OF_STATEMENT = {
     "import": "library",
     "maximize": "number",
     "minimize": "number",
-    "rationality": "constant",
-    "plausibility": "constant",
+    **dict.fromkeys(Weights._fields, "constant"),
     "assume": "assumption",
     "audience": "audience",
     "search": "search",

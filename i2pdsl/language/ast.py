@@ -324,7 +324,7 @@ class Objective(Node):
 
 @dataclass(frozen=True, slots=True)
 class Weight(Node):
-    """`rationality W` or `plausibility W`; `term` says which."""
+    """The weight of an automatic term, such as `rationality W`; `term` says which."""
 
     term: str
     value: Expr

@@ -66,7 +66,7 @@ class Builder:
                 return ast.Objective(span, 1, self.expression(rest))
             case "minimize":
                 return ast.Objective(span, -1, self.expression(rest))
-            case "rationality" | "plausibility":
+            case "rationality" | "plausibility" | "naturalness" | "luck" | "liveliness":
                 return ast.Weight(span, str(tree.data), self.expression(rest))
             case "assume":
                 condition = self.expression(rest)

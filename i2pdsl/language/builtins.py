@@ -153,6 +153,24 @@ STATEMENTS: tuple[Word, ...] = (
         "plausibility 0.5",
     ),
     Word(
+        "naturalness",
+        "naturalness W",
+        "the weight of the automatic term by which nobody does what makes no sense to viewers",
+        "naturalness 0.2",
+    ),
+    Word(
+        "luck",
+        "luck W",
+        "the weight of the automatic term by which luck comes in no long runs",
+        "luck 1",
+    ),
+    Word(
+        "liveliness",
+        "liveliness W",
+        "the weight of the automatic term by which something is seen to happen in each frame",
+        "liveliness 0.1",
+    ),
+    Word(
         "audience",
         "audience NAME(setting = value, ...)",
         "other viewers than the world's own",

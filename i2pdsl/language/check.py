@@ -37,7 +37,7 @@ from i2pdsl.language.story import (
     default_assumption,
 )
 from i2pdsl.language.unused import check_unused
-from i2pdsl.language.vocabulary import Settings, Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 from i2pdsl.resources import data_folder
 
 __all__ = [
@@ -131,7 +131,7 @@ class _Checker:
     def check_single(self) -> None:
         for kind in _SINGLE:
             self.only_one(self.program.of(kind))
-        for term in ("rationality", "plausibility"):
+        for term in Weights._fields:
             self.only_one([w for w in self.program.of(ast.Weight) if w.term == term])
 
     def only_one(self, statements: list[Any]) -> None:
@@ -214,8 +214,7 @@ class _Checker:
             start=start,
             allow=allow,
             objective=typed,
-            rationality=weights["rationality"],
-            plausibility=weights["plausibility"],
+            weights=weights,
             assumption=self.elaborator.assumption,
             observers=observers,
             search=plan,
@@ -335,18 +334,20 @@ class _Checker:
             raise self.elaborator.fail("no-event", message, node.span, self.env, hint)
         return node.callee.id, name
 
-    def weights(self) -> dict[str, float]:
-        found = {"rationality": 1.0, "plausibility": 1.0}
+    def weights(self) -> Weights:
+        found = {term: w for term, w in Weights()._asdict().items() if term in self.world.automatic}
         for statement in self.program.of(ast.Weight):
-            if not self.world.has_rationality:
-                message = f"world {self.world.world} has no automatic terms to weigh"
+            if statement.term not in self.world.automatic:
+                message = f"world {self.world.world} has no automatic term `{statement.term}`"
                 warning = Diagnostic("world", message, statement.span, severity="warning")
                 self.problems.append(warning)
             try:
-                found[statement.term] = self.elaborator.constant(statement.value, self.env)
+                value = self.elaborator.constant(statement.value, self.env)
             except Stop:
                 continue
-        return found
+            if statement.term in self.world.automatic:
+                found[statement.term] = value
+        return Weights(**{term: found.get(term, 0.0) for term in Weights._fields})
 
     def objective(self, statement: ast.Objective) -> tuple[int, ty.Typed] | None:
         text = statement.value.span.text

@@ -11,6 +11,7 @@ from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.language.forms import APART, BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
+from i2pdsl.language.vocabulary import Weights
 
 _OPERAND = "an expression"
 _WORDS = {
@@ -58,8 +59,7 @@ _EXAMPLES = {
     "import": "import mylibrary",
     "maximize": "maximize sum_t P(rho > 0 | script[:t])",
     "minimize": "minimize sum_t P(rho > 0 | script[:t])",
-    "rationality": "rationality 1",
-    "plausibility": "plausibility 1",
+    **{term: f"{term} {weight:g}" for term, weight in Weights()._asdict().items()},
     "assume": "assume nothing",
     "audience": "audience bayesian(beta = 1)",
     "search": "search beam(starts = 500)",

@@ -10,7 +10,7 @@ from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.scope import Module
-from i2pdsl.language.vocabulary import Settings, Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ class TypedStory:
     Attributes:
         world: the world's name as written, and `settings` that the story replaces.
         objective: (sign, expression) pairs that add up; empty for `search naive`.
+        weights: of the automatic terms, 0 for those that the world does not have.
         assumption: the mask that every belief is conditioned on.
         observers: one, or several whose beliefs are averaged.
     """
@@ -73,8 +74,7 @@ class TypedStory:
     start: ty.Typed | None
     allow: tuple[tuple[str, str], ...]
     objective: tuple[tuple[int, ty.Typed], ...]
-    rationality: float
-    plausibility: float
+    weights: Weights
     assumption: ty.Mask
     observers: tuple[Observer, ...]
     search: SearchPlan

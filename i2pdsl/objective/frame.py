@@ -21,6 +21,7 @@ class Frame(NamedTuple):
         previous, belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
         expecting: the belief just before each observation, [..., U, O, H].
         log_rows: log P(observation | H) of each, [..., U, O, H].
+        regrets: max_a log P(a | H) less the log_rows, [..., U, O, H]; 0 where nobody asks.
     """
 
     number: Array
@@ -31,6 +32,15 @@ class Frame(NamedTuple):
     belief: Array
     expecting: Array
     log_rows: Array
+    regrets: Array
+
+    @property
+    def afterwards(self) -> Array:
+        """The belief just after each observation, [..., U, O, H]."""
+        xp = self.belief.__array_namespace__()
+        return xp.concatenate(
+            [self.expecting[..., 1:, :, :], self.belief[..., None, :, :]], axis=-3
+        )
 
 
 def observe(
@@ -44,10 +54,12 @@ def observe(
 ) -> Frame:
     """The frame that an action makes from a state and a belief: the audience's one step.
 
-    `rows` are the log-likelihoods of the observed actions, if they are known already.
+    `rows` are the log-likelihoods of the observed actions of an appended turn, if they are known
+    already: its regrets count for nothing.
     """
     xp = belief.__array_namespace__()
     after = world.transition(tables, state, action)
+    best = () if rows else world.best_rows(tables, state, action, after)
     rows = rows or world.log_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
@@ -64,6 +76,7 @@ def observe(
         current,
         xp.stack(expecting, axis=-3),
         xp.stack(rows, axis=-3),
+        xp.stack([top - row for top, row in zip(best or rows, rows, strict=True)], axis=-3),
     )
 
 

@@ -23,10 +23,12 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
     """
     tables = world.tables
     if len(actions):
-        rows = world.log_rows(tables, states[:-1], actions, states[1:])
+        seen_there = (tables, states[:-1], actions, states[1:])
+        rows = world.log_rows(*seen_there)
+        best = world.best_rows(*seen_there) or rows
     else:  # nothing has happened yet, but what is observed has its shape
         still = world.log_rows(tables, states, world.no_action(states), states)
-        rows = tuple(row[:0] for row in still)
+        rows = best = tuple(row[:0] for row in still)
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
     belief = world.log_prior(tables)
@@ -40,6 +42,7 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
         beliefs.append(belief)
         expecting.append(np.stack(before))
     likelihoods = np.stack(rows, axis=1)
+    regrets = np.stack(best, axis=1) - likelihoods
     first = np.zeros((1, *likelihoods.shape[1:]))
     return Frame(
         number=np.arange(len(states)),
@@ -50,6 +53,7 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
         belief=np.stack(beliefs),
         expecting=np.stack(expecting),
         log_rows=np.concatenate([first, likelihoods]),
+        regrets=np.concatenate([first, regrets]),
     )
 
 

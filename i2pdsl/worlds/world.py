@@ -135,6 +135,15 @@ class World(Protocol):
         """log P(what is observed | H) for each observation of the frame, [..., O, H] each: of
         each character's action in a grid, of the state `after` it where bodies move."""
 
+    def best_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        """max_a log P(a | H) at each observation of the frame, [..., O, H] each: what would have
+        been the most sensible. Empty in a world without `naturalness`."""
+
+    def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
+        """Whether nothing that a viewer can see has changed, [...]."""
+
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
 
@@ -203,6 +212,11 @@ class ContinuousWorld:
 
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
+
+    def best_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return ()
 
     def is_observed(self, action: Array) -> Array:
         xp = action.__array_namespace__()

@@ -263,6 +263,15 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     return tuple(rows)
 
 
+def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
+    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
+    xp = namespace(tables.cells)
+    states = _step(tables, moves, state, action)
+    is_turn = (action < moves.turn_count)[..., None, None]
+    best = (xp.max(log_policy(tables, who, states[who]), axis=-3) for who in range(len(moves.weak)))
+    return tuple(xp.where(is_turn, row, 0.0) for row in best)
+
+
 def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
     """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
     xp = namespace(tables.cells)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, GridSpec
@@ -69,9 +69,16 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         },
         observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
-        has_plausibility=any(c.is_weak for c in spec.characters),
+        automatic=_automatic(spec),
         documentation=spec.documentation,
     )
+
+
+def _automatic(spec: GridSpec) -> frozenset[str]:
+    """The automatic terms: where nobody is weak, there is no luck."""
+    of_luck = {"plausibility", "luck"}
+    weak = any(c.is_weak for c in spec.characters)
+    return frozenset(Weights._fields) - (set() if weak else of_luck)
 
 
 def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:

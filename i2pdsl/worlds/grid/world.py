@@ -108,6 +108,14 @@ class GridWorld:
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
 
+    def best_rows(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return model.best_rows(tables, self.moves, state, action)
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return state == after
+
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
 

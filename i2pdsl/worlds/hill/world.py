@@ -23,6 +23,9 @@ from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
 Array = Any
 
 
+STILL = 0.02  # length units a frame; a hopper is about 15 high
+
+
 @dataclass(frozen=True)
 class HillWorld(ContinuousWorld):
     """A hill as the audience, the objectives and the searches see it.
@@ -63,6 +66,10 @@ class HillWorld(ContinuousWorld):
         self, tables: model.Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return (model.log_likelihood(tables, state, action, after),)
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        nodes = state.shape[-1] // 2  # two coordinates each, then the velocities
+        return abs(after - state)[..., :nodes].max(-1) < STILL
 
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, state)

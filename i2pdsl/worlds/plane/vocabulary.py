@@ -92,7 +92,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
         observer_settings=("beta", "forgetting", "observer"),
-        has_plausibility=False,
+        automatic=frozenset({"rationality"}),
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,

@@ -25,6 +25,9 @@ Array = Any
 DIRECTIONS, SPEEDS = 16, 3  # of the viewers' quadrature
 
 
+STILL = 0.02  # of a radius a frame
+
+
 @dataclass(frozen=True)
 class PlaneWorld(ContinuousWorld):
     """A plane as the audience, the objectives and the searches see it.
@@ -62,6 +65,10 @@ class PlaneWorld(ContinuousWorld):
         self, tables: model.Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.cast, state, action, after)
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        places = abs(after - state)[..., : 2 * self.cast.count]
+        return places.max(-1) < STILL * tables.radius.min()
 
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, self.cast, who, state)
