@@ -730,13 +730,73 @@ def plausibility(world, script):
     return total
 
 
-def objective(story, T, rational_weight=1.0, plausible_weight=1.0):
+def naturalness(world, script):
+    """- sum over all observed actions of E[max_a log P(a | H) - log P(action | H)], under the
+    belief just after the action, everybody being rational."""
+    belief, total = world.prior(), 0.0
+    for t in frames_of(script):
+        for who, action, state, _ in world.actions(
+            world.state_at(script, t - 1), script["frames"][t - 1]
+        ):
+            belief = world.update(belief, who, state, action)
+            for i, p in given(world, belief).items():
+                log_policy = world.log_policy(who, world.hypotheses[i], state)
+                total -= p * (max(log_policy.values()) - log_policy[action])
+    return total
+
+
+def luck(world, script):
+    """- max(0, C - log 4) of each weak character: C is the largest sum, over any stretch of its
+    attempts, of log P(outcome | odds 6 times better, or worse) - log P(outcome)."""
+    total = 0.0
+    for who in [c.name for c in world.characters.values() if c.success < 1]:
+        p = world.characters[who].success
+        outcomes = []
+        for t in frames_of(script):
+            own = _own(world, script, t, who)
+            if own and world.effect(own[1], who, own[0]) != own[1]:
+                outcomes.append(own[2] != own[1])
+        most = 0.0
+        for factor in (6, 1 / 6):
+            odds = factor * p / (1 - p)
+            other = odds / (1 + odds)
+            ratios = [
+                math.log(other / p) if ok else math.log((1 - other) / (1 - p)) for ok in outcomes
+            ]
+            stretches = [
+                sum(ratios[i:j]) for i in range(len(ratios)) for j in range(i + 1, len(ratios) + 1)
+            ]
+            most = max([most, *stretches])
+        total -= max(0.0, most - math.log(4))
+    return total
+
+
+def liveliness(world, script):
+    """- the number of frames at whose end everything is where it was."""
+    return -sum(
+        world.state_at(script, t - 1) == world.state_at(script, t) for t in frames_of(script)
+    )
+
+
+AUTOMATIC = {
+    "rationality": (1.0, rationality),
+    "plausibility": (1.0, plausibility),
+    "naturalness": (0.1, naturalness),
+    "luck": (0.5, luck),
+    "liveliness": (0.1, liveliness),
+}
+"""The automatic terms with their weights."""
+
+
+def objective(story, T, **weights):
     """The objective of a prefix, with the automatic terms: (world, script) -> number."""
     story = STORIES.get(story, story)
     return lambda world, script: (
         story(world, script, T)
-        + rational_weight * rationality(world, script)
-        + plausible_weight * plausibility(world, script)
+        + sum(
+            weights.get(name, weight) * term(world, script)
+            for name, (weight, term) in AUTOMATIC.items()
+        )
     )
 
 

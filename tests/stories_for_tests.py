@@ -13,8 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from i2pdsl.language.vocabulary import Weights
 from i2pdsl.pipeline import Story, load
 from worlds_for_tests import STORIES
+
+BARE = "".join(f"{term} 0\n" for term in Weights._fields)
+"""Statements that leave the objective as it was written."""
 
 EXPECTATION = re.compile(
     r"^# expect (?:assume (?P<assume>[^:]+): )?(?P<expr>.+) (?P<op>[<>]=) (?P<bar>\S+)$"

@@ -15,6 +15,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
+from stories_for_tests import BARE
 from worlds_for_tests import STORIES, Pair, small_kitchen
 
 NAMES = sorted(reference.STORIES)
@@ -284,7 +285,7 @@ def test_an_objective_may_ask_within_a_frame(pair: Pair) -> None:
     within = "sum_t (P(rho > 0 | script[:t, cheese]) + KL(script[:t-1] || script[:t, cheese]))"
     path = pair.random_script(Random(9), 5, events=0.2)
     frames = replay(pair.world, path.states, path.actions)
-    text = "world w\nlength 5\nrationality 0\nplausibility 0\nmaximize "
+    text = f"world w\nlength 5\n{BARE}maximize "
     score = fold_score(pair, text + within, frames)
     assert score == pytest.approx(float(asked(pair, frames, within)), abs=1e-9)
     earlier = "sum_{t in 2..T} P(rho > 0 | script[:t-1, cheese])"

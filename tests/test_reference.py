@@ -373,7 +373,7 @@ def test_stories_by_hand(small, story):
     values = [ref.EV(small, story, t, "robot") for t in (1, 2, 3)]
     assert calm == close(0.02 * sum(s * v for s, v in zip(sines, values, strict=True)))
     total = ref.objective("help", 4)(small, story)
-    automatic = ref.rationality(small, story) + ref.plausibility(small, story)
+    automatic = sum(weight * term(small, story) for weight, term in ref.AUTOMATIC.values())
     assert total == close(value["help"] + automatic)
 
 

@@ -224,7 +224,7 @@ def test_every_statement() -> None:
     program = parse(Source("every", text))
     assert [type(s).__name__ for s in program.statements] == [
         *("Import", "Import", "World", "LengthIs", "Start", "Allow", "Let", "Pattern", "Pattern"),
-        *("Objective", "Objective", "Weight", "Weight", "Assume", "Audience", "Search"),
+        *("Objective", "Objective", *["Weight"] * 5, "Assume", "Audience", "Search"),
     ]
     patterns = program.of(ast.Pattern)
     assert patterns[0].documentation == "Two lines\nof documentation."

@@ -23,6 +23,7 @@ from i2pdsl.language.parse import parse_file
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.worlds.find import find_vocabulary
+from stories_for_tests import BARE
 from worlds_for_tests import STORIES, small_kitchen
 
 FILES = sorted((STORIES / "patterns").glob("*.story"))
@@ -308,9 +309,7 @@ FORMULAS: dict[str, Callable[[Told], float]] = {
 def test_formula_says_what_it_is_meant_to(call: str) -> None:
     pair, random = small_kitchen(), Random(call)
     shown = SHOWN if "shown" in call else ""
-    story = pair.story(
-        f"world kitchen\nlength 6\nrationality 0\nplausibility 0\n{shown}maximize {call}\n"
-    )
+    story = pair.story(f"world kitchen\nlength 6\n{BARE}{shown}maximize {call}\n")
     seen = set()
     for _ in range(3):
         path = pair.random_script(random, story.length)
