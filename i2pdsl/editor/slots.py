@@ -212,6 +212,8 @@ class Place:
             return Slot(kinds[position] if position < len(kinds) else "nothing")
         if name == "points":
             return Slot("point")
+        if name in FUNCTIONS and FUNCTIONS[name].takes != "number":
+            return Slot(FUNCTIONS[name].takes)
         if name in FUNCTIONS:
             around = self._at(level - 1)
             return Slot("quantity" if around.kind in ("event", "quantity", "value") else "number")

@@ -12,9 +12,11 @@ from i2pdsl.language.forms import BELIEFS, BY_NAME, Word
 
 @dataclass(frozen=True)
 class Function(Word):
-    """A function of numbers, as in mathematics; `arity` is (fewest, most) arguments."""
+    """A function of numbers, as in mathematics, or of what it `takes` instead; `arity` is (fewest,
+    most) arguments."""
 
     arity: tuple[int, int] = (1, 1)
+    takes: str = "number"
 
 
 def _function(
@@ -41,6 +43,14 @@ FUNCTIONS: dict[str, Function] = {
             "a drawn arc: piecewise linear in t/T",
             "points((0, 0), (0.3, 1), (1, -1))",
             (2, 999),
+        ),
+        Function(
+            "others",
+            "others(event, ...)",
+            "all latents but those that the events are about, where a latent stands",
+            "KL(others(rho > 0); script[:T-1] || script[:T])",
+            (1, 99),
+            "event",
         ),
     )
 }

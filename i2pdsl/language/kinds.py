@@ -191,7 +191,7 @@ class Inference:
                     kind = self.result(found.item, found.module, depth + 1)
                     over = kind == "number" and isinstance(node, ast.Call)
                     return self.over_time(node, module, own) if over else kind
-                if name in FUNCTIONS:
+                if name in FUNCTIONS and FUNCTIONS[name].takes == "number":
                     return self.over_time(node, module, own)
                 return "predicate" if isinstance(node, ast.Call) else "any"
         if isinstance(node, _CONDITIONS):
@@ -319,7 +319,8 @@ class _Roles:
         kinds: dict[str, str] = {}
         if found is not None and isinstance(found.item, ast.Pattern):
             kinds = self.inference.kinds(found.item, found.module)
-        usual = "number" if found is None and node.callee.id in FUNCTIONS else "any"
+        function = FUNCTIONS.get(node.callee.id) if found is None else None
+        usual = function.takes if function is not None else "any"
         for name, value in arguments.items():
             kind = kinds.get(name, usual)
             self.visit(value, kind, "event" if kind in ("event", "latent") else inside)
