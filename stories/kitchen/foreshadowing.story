@@ -2,7 +2,7 @@
 world kitchen
 length 16
 
-maximize foreshadowing(rho < 0)
+maximize foreshadowing(rho < 0, wish = (G_cheese = pink), contact = [adjacent(robot, cheese) @ script[t]])
 
 # expect P(rho < 0 | script[:3]) <= 0.2
 # expect min_{t in 5..12} P(rho < 0 | script[:t]) >= 0.3

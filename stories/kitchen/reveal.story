@@ -2,7 +2,7 @@
 world kitchen
 length 12
 
-maximize reveal(rho > 0)
+maximize reveal(rho > 0, wish = (G_cheese = pink), contact = [adjacent(robot, cheese) @ script[t]])
 
 # expect min_{t in 1..5} P(rho > 0 | script[:t]) >= 0.3
 # expect max_{t in 1..5} P(rho > 0 | script[:t]) <= 0.7
