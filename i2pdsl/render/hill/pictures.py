@@ -26,7 +26,7 @@ class HillPictures(PerformancePictures[Performance]):
         if self.several:
             return together_svg(self.performances, self.title)
         one = self.performances[0]
-        return comic_svg(one, key_frames(one.frames, one.windows, KEY_FRAMES), self.title)
+        return comic_svg(one, key_frames(one, KEY_FRAMES), self.title)
 
     def save_page(self, path: Path) -> Path:
         from i2pdsl.render.hill.page import save_page
