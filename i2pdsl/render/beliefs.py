@@ -117,7 +117,10 @@ class Beliefs:
             if len(c.goals) > 1:
                 latent = goal_of(c.name)
                 curves = _most(c.goals, script.query(f"P({latent} | script[:t])").T)
-                series = tuple(replace(s, claim=self.goal(c.name, [s.label])) for s in _all(curves))
+                series = tuple(
+                    replace(s, claim=self.goal(c.name, [s.label])) if s.label in c.goals else s
+                    for s in _all(curves)
+                )
                 question = f"what {c.name} wants"
                 yield Panel(
                     f"{c.name}'s goal", "probability", series, "probability", latent, question

@@ -120,8 +120,8 @@ class GridPictures(PictureFiles):
             # Who goes on with what it did is not looked at again.
             if before is None or (before.verb, before.direction) != (beat.verb, beat.direction):
                 glimpses[t] = max(glimpses.get(t, 0.0), GLIMPSES.get(beat.verb, 0.0))
-        courses = [*minds(self.focus.leading, self.panels), self._places()]
-        return key_frames(courses, self.script.length, count, moments, glimpses)
+        beliefs = minds(self.focus.leading, self.panels)
+        return key_frames([self._places()], beliefs, self.script.length, count, moments, glimpses)
 
     def _places(self) -> np.ndarray:
         """[T + 1, n, 2] Where everybody is, in units of what the way across the map counts."""
@@ -162,8 +162,7 @@ class GridPictures(PictureFiles):
         )
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
-        from i2pdsl.render.grid.film import save_gif, save_mp4
+        from i2pdsl.render.grid.film import save_film
 
-        save = save_gif if path.suffix == ".gif" else save_mp4
         meters = self.meters()
-        save(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
+        save_film(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)

@@ -106,11 +106,13 @@ def key_frames(performance: Performance, count: int) -> list[int]:
     before."""
     way = performance.distance
     span = max(float(way.max() - way.min()), FAR)
-    courses = [*minds(performance.leading, performance.panels), PLACE * way / span]
+    beliefs = minds(performance.leading, performance.panels)
     moments = dict(performance.moments)
     for window in performance.windows:
         moments |= {window.first: EDGE, window.last: EDGE}
-    first, *others = chosen_frames(courses, performance.frames, count, moments)
+    first, *others = chosen_frames(
+        [PLACE * way / span], beliefs, performance.frames, count, moments
+    )
     return sorted({max(first, opening(performance.frames)), *others})
 
 

@@ -126,11 +126,8 @@ def key_frames(performance: Performance, count: int) -> list[int]:
     where the two meet, where somebody turns, and where somebody has come far since the one
     before."""
     room = np.hypot(performance.spec.width, performance.spec.height)
-    courses = [
-        *minds(performance.leading, performance.panels),
-        TURNING * performance.gaze,
-        PLACE * performance.positions / room,
-    ]
+    seen = [TURNING * performance.gaze, PLACE * performance.positions / room]
+    beliefs = minds(performance.leading, performance.panels)
     moments = {t: TURN * weight for t, weight in performance.turns.items()}
     moments |= dict.fromkeys(performance.contacts[:1], EDGE)
-    return chosen_frames(courses, performance.frames, count, moments)
+    return chosen_frames(seen, beliefs, performance.frames, count, moments)
