@@ -21,6 +21,7 @@ Sentence = Callable[[Claims, Claims], tuple[str, str]]
 """An event, and the condition that it is taken under: its name, and what those think who believe
 it."""
 
+ASKED, FORTUNE = "what the story asks", "'s fortune"
 SERIES_MAX = 4  # of several things that are asked
 TOLD_MAX = 3  # statements of a caption
 HUES = ("#0068b0", "#c65102", "#00664a", "#8a3ffc")
@@ -90,6 +91,11 @@ def in_words(one: Callable[[str, Sequence[Value]], str], event: Claims, conditio
     return f"{told}, if {' and '.join(one(latent, values) for latent, values in condition.items())}"
 
 
+def is_of_story(panel: Panel) -> bool:
+    """Whether a panel is there for the sake of what a story asks, and not of its world."""
+    return panel.title == ASKED or panel.title.endswith(FORTUNE)
+
+
 def led(leading: Panel | None, panels: tuple[Panel, ...]) -> tuple[Panel, ...]:
     """The panels, and the leading one first where it is none of them."""
     known = leading is None or any(p.latent and p.latent == leading.latent for p in panels)
@@ -115,7 +121,7 @@ def _fortunes(script: Script) -> tuple[Panel, ...]:
             belief = belief_over("E", subject.about, subject.given, length)
             values = evaluate(script.world, script.frames, belief, range(length + 1))
             series = Series(who, np.asarray(values, float), PALETTE.get(who, HUES[0]))
-            found.append(Panel(f"{who}'s fortune", "value", (series,), "value"))
+            found.append(Panel(f"{who}{FORTUNE}", "value", (series,), "value"))
     return tuple(found)
 
 
@@ -131,7 +137,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     if conditions:
         series = _series(script, events, sentence)
         if series:
-            panel = Panel("what the story asks", "probability", series)
+            panel = Panel(ASKED, "probability", series)
             return Focus(panel, (panel,))
     if len(told) > 1:
         named = [_claims(script, s.about, s.given) or {} for s in events]  # type: ignore[arg-type]
@@ -142,7 +148,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
         ]
         series = _series(script, list(dict.fromkeys(wanted)), sentence)
         if series:
-            return Focus(Panel("what the story asks", "probability", series), tuple(told))
+            return Focus(Panel(ASKED, "probability", series), tuple(told))
     return Focus(told[0], tuple(told)) if told else None
 
 
