@@ -781,9 +781,9 @@ def liveliness(world, script):
 AUTOMATIC = {
     "rationality": (1.0, rationality),
     "plausibility": (1.0, plausibility),
-    "naturalness": (0.1, naturalness),
+    "naturalness": (0.2, naturalness),
     "luck": (0.5, luck),
-    "liveliness": (0.1, liveliness),
+    "liveliness": (0.2, liveliness),
 }
 """The automatic terms with their weights."""
 

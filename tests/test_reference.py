@@ -408,4 +408,4 @@ def test_a_full_beam_is_exhaustive():
     widths = [ref.beam(world, [start], 2, score, w, ["table"])[0] for w in (1, 10_000)]
     assert widths[0] <= widths[1] == best
     others = [start, {**start, "robot": (3, 0)}]
-    assert ref.beam(world, others, 2, score)[0] >= widths[0]
+    assert ref.beam(world, others, 2, score, 1, ["table"])[0] >= widths[0]

@@ -94,9 +94,9 @@ class Weights(NamedTuple):
 
     rationality: float = 1.0
     plausibility: float = 1.0
-    naturalness: float = 0.1
+    naturalness: float = 0.2
     luck: float = 0.5
-    liveliness: float = 0.1
+    liveliness: float = 0.2
 
     @property
     def sees_frames(self) -> bool:
