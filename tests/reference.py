@@ -659,9 +659,36 @@ def depict(world, script, event):
     return sum(P(world, script, t, event) for t in frames_of(script))
 
 
-def twist(world, script, T, before, after):
-    """sum_t (if t <= T/2 then P(before | script[:t]) else P(after | script[:t]))"""
-    return sum(P(world, script, t, before if t <= T / 2 else after) for t in frames_of(script))
+def moved_others(world, script, turn, about):
+    """sum of KL(others; script[:t-1] || script[:t]) over the frames t within one of turn + 1, where
+    `others` are all latents but those in `about`, together."""
+
+    def others(k):
+        shares = {}
+        for i, p in posterior(world, script, k, (), rational).items():
+            rest = tuple(sorted((n, v) for n, v in world.hypotheses[i].items() if n not in about))
+            shares[rest] = shares.get(rest, 0) + p
+        return shares
+
+    total = 0.0
+    for t in frames_of(script):
+        if abs(t - turn - 1) <= 1:
+            p, q = others(t - 1), others(t)
+            total += sum(p[v] * math.log(p[v] / q[v]) for v in p if p[v] > 0)
+    return total
+
+
+def twist(world, script, T, before, after, wish):
+    """sum_t (if t <= T/2 then P(before | script[:t], wish) else P(after | script[:t], wish)), one
+    point for each half in which the two meet, less what moves beliefs about anything but rho around
+    the turn."""
+    first = [t for t in frames_of(script) if t <= T / 2]
+    second = [t for t in frames_of(script) if t > T / 2]
+    asked = sum(P(world, script, t, before, [wish]) for t in first)
+    asked += sum(P(world, script, t, after, [wish]) for t in second)
+    meet = lambda t: adjacent(world, world.state_at(script, t), "robot", "cheese")
+    asked += any(map(meet, first)) + any(map(meet, second))
+    return asked - 0.5 * moved_others(world, script, T / 2, {"rho"})
 
 
 def irony(world, script, truth, mistaken, meant, done):
@@ -699,8 +726,8 @@ STORIES = {
     "help": lambda w, s, T: depict(w, s, HELPS),
     "hinder": lambda w, s, T: depict(w, s, HINDERS),
     "indifferent": lambda w, s, T: depict(w, s, INDIFFERENT),
-    "betrayal": lambda w, s, T: twist(w, s, T, HELPS, HINDERS),
-    "misjudged": lambda w, s, T: twist(w, s, T, HINDERS, HELPS),
+    "betrayal": lambda w, s, T: twist(w, s, T, HELPS, HINDERS, PINK),
+    "misjudged": lambda w, s, T: twist(w, s, T, HINDERS, HELPS, PINK),
     "irony": lambda w, s, T: irony(w, s, GREEN, PINK, HELPS, HINDERS),
     "flashback-help": lambda w, s, T: flashback(w, s, HELPS),
     "flashback-hinder": lambda w, s, T: flashback(w, s, HINDERS),

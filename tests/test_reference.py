@@ -363,8 +363,13 @@ def test_stories_by_hand(small, story):
     value = {name: ref.STORIES[name](small, story, 4) for name in ref.STORIES}
     assert value["help"] == close(sum(helps))
     assert value["help"] + value["hinder"] + value["indifferent"] == close(3)
-    assert value["betrayal"] == close(helps[0] + helps[1] + hinders[2])
-    assert value["misjudged"] == close(hinders[0] + hinders[1] + helps[2])
+    known = [ref.P(small, story, t, ref.HELPS, [ref.PINK]) for t in (1, 2)]
+    known.append(ref.P(small, story, 3, ref.HINDERS, [ref.PINK]))
+    near = [ref.adjacent(small, small.state_at(story, t), "robot", "cheese") for t in (1, 2, 3)]
+    moved = ref.moved_others(small, story, 2, {"rho"})
+    meetings = (near[0] or near[1]) + near[2]
+    assert value["betrayal"] == close(sum(known) + meetings - 0.5 * moved)
+    assert moved > 0
     assert value["irony"] <= 9
     calm = ref.arc(small, story, 4, steady=0)
     kl = sum(ref.KL(small, story, t - 1, t) for t in (1, 2, 3))
@@ -401,7 +406,7 @@ def test_a_full_beam_is_exhaustive():
         [Object("table", may_be_absent=True)],
         gamma=G,
     )
-    start, score = {"cheese": (1, 0), "robot": (2, 0), "table": None}, ref.objective("betrayal", 2)
+    start, score = {"cheese": (1, 0), "robot": (2, 0), "table": None}, ref.objective("hinder", 2)
     best, script = ref.exhaustive(world, start, 2, score, ["table"])
     assert len(script["frames"]) == 2
     assert score(world, script) == best

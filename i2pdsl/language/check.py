@@ -83,8 +83,9 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     """By place, those of the file itself first; without repetitions."""
     unique: dict[object, Diagnostic] = {}
     for d in problems:
-        # A mistake inside a pattern is the same wherever the pattern is used.
-        what = d.code if d.notes else (d.code, d.message)
+        # A mistake inside a pattern is the same wherever the pattern is used, and one in an argument
+        # wherever the pattern puts it in.
+        what = None if d.notes else (d.code, d.message)
         unique.setdefault((d.span.source.name, d.span, what), d)
     return sorted(
         unique.values(),

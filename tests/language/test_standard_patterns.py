@@ -209,6 +209,10 @@ def legible(told: Told) -> float:
     return told.sum(lambda t: weights[t - 1] * told.P(t, wants("pink")))
 
 
+def moved(told: Told, turn: float, about: str) -> float:
+    return 0.5 * R.moved_others(told.world, told.script, turn, {about})
+
+
 def foreshadowing(told: Told) -> float:
     def term(t: int) -> float:
         p = told.P(t, R.HINDERS)
@@ -216,7 +220,7 @@ def foreshadowing(told: Told) -> float:
             return 1 - p
         return undecided(p) if t <= told.T * 3 / 4 else p
 
-    return told.sum(term)
+    return told.sum(term) - moved(told, told.T * 3 / 4, "rho")
 
 
 def reveal(told: Told) -> float:
@@ -224,7 +228,7 @@ def reveal(told: Told) -> float:
         p = told.P(t, R.HELPS)
         return undecided(p) if t < told.T / 2 else p
 
-    return told.sum(term)
+    return told.sum(term) - moved(told, told.T / 2 - 1, "rho")
 
 
 def mystery(told: Told) -> float:
@@ -282,8 +286,9 @@ FORMULAS: dict[str, Callable[[Told], float]] = {
     "suspenseful(rho)": lambda told: told.sum(
         lambda t: math.sqrt(R.suspense(told.world, told.script, t, "rho"))
     ),
-    "red_herring(G_robot = pink, dropped = 4)": lambda told: told.sum(
-        lambda t: told.P(t, wants("pink")) if t <= 4 else 1 - told.P(t, wants("pink"))
+    "red_herring(G_robot = pink, dropped = 4)": lambda told: (
+        told.sum(lambda t: told.P(t, wants("pink")) if t <= 4 else 1 - told.P(t, wants("pink")))
+        - moved(told, 4, "G_robot")
     ),
     "deceptive(robot, rho < 0, rho > 0)": lambda told: told.sum(
         lambda t: (

@@ -34,9 +34,6 @@ maximize sum_t P(rho > 0 | script[:t])
 PATTERNS = """\
 pattern depict(event, over = script) = sum_{t in 1..last(over)} P(event | over[:t])
 
-pattern twist(before, after, turn = T/2) =
-    sum_t (if t <= turn then P(before | script[:t]) else P(after | script[:t]))
-
 pattern irony(truth, mistaken, meant, done) =
     sum_t (P(truth | script[:t])
            + P(done | script[:t], truth)
@@ -96,7 +93,6 @@ def test_the_patterns_of_the_paper_are_the_standard_library() -> None:
     own = PATTERNS.rstrip("\n")
     for text in (
         "depict(rho > 0)",
-        "twist(rho > 0, rho < 0)",
         "irony(G_cheese = green, G_cheese = pink, rho > 0, rho < 0)",
         "arc(robot)",
     ):
