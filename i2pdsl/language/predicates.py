@@ -30,23 +30,43 @@ class Predicates(Arithmetic):
         if item.kind != "frame":
             message = f"expected a frame of a script, found {ITEMS_IN_WORDS[item.kind]}"
             raise self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
-        before, self.moment = self.moment, item.value
+        return Item("number", _number(self.seen(node.predicate, item.value, env)))
+
+    def seen(self, node: ast.Expr, moment: ty.Moment, env: Env) -> Item:
+        """A predicate or quantity of a frame."""
+        before, self.moment = self.moment, moment
         try:
-            value = self.item(node.predicate, replace(env, inside="frame"))
+            value = self.item(node, replace(env, inside="frame"))
         finally:
             self.moment = before
         features = [n for n in ty.walk(value.value) if isinstance(n, ty.Feature)]
         if value.kind not in ("number", "truth") or not features:
             hint = "predicates: " + ", ".join(p.name for p in self.world.predicates.values())
-            raise self.blame(
-                "predicate", "expected a predicate of the world", node.predicate, env, hint
-            )
-        if value.kind == "truth":
-            if isinstance(value.value, ty.Feature):
-                return Item("number", value.value)
-            one, zero = ty.Constant(1.0), ty.Constant(0.0)
-            return Item("number", ty.Apply("choose", (value.value, one, zero)))
+            raise self.blame("predicate", "expected a predicate of the world", node, env, hint)
         return value
+
+    def on_ever(self, node: ast.Ever, env: Env) -> Item:
+        if env.inside:
+            message = f"`{node.word} [...]` cannot stand inside {INSIDE[env.inside]}"
+            hint = "it is about all frames of the script"
+            raise self.fail("predicate", message, node.span, env, hint)
+        every = ty.Moment((), range(1, self.length + 1), 1)
+        item = self.seen(node.predicate, every, replace(env, times=None, reached=None))
+        if item.kind != "truth":
+            message = f"`{node.word}` needs what holds or does not, this is a number"
+            hint = "compare it: `[... > 1]`"
+            raise self.blame("type", message, node.predicate, env, hint)
+        body = _number(item)
+        if node.word == "when":
+            return Item("number", ty.When(body, self.length))
+        ever = ty.Reduction("max", 1, self.length, body) if self.length else ty.Constant(0.0)
+        return Item("truth", ever if node.word == "eventually" else ty.Apply("not", (ever,)))
+
+    def order(self, first: ast.Expr, second: ast.Expr, env: Env) -> ty.Typed:
+        """Whether two predicates come to hold, the first one in an earlier frame."""
+        ever = lambda word, n: self.item(ast.Ever(n.span, word, n), env).value
+        when, then = self.both(lambda: ever("when", first), lambda: ever("when", second))
+        return ty.Apply("and", (ty.Apply("less", (when, then)), ever("eventually", second)))
 
     def predicate(self, node: ast.Call, env: Env) -> Item:
         predicate = self.world.predicates[node.callee.id]
@@ -138,3 +158,10 @@ class Predicates(Arithmetic):
                 what = "is not a cell"
             raise self.blame("no-place", f"({column:g}, {row:g}) {what}", node, env, hint)
         return ((int(column), int(row)),)
+
+
+def _number(item: Item) -> ty.Typed:
+    """1 or 0 for what holds or does not."""
+    if item.kind != "truth" or isinstance(item.value, ty.Feature):
+        return item.value
+    return ty.Apply("choose", (item.value, ty.Constant(1.0), ty.Constant(0.0)))

@@ -16,6 +16,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import Frame, HistoryScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
+from i2pdsl.objective.reach import frames_until
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -34,6 +35,8 @@ class Params(NamedTuple):
     places: tuple[Array, ...]  # numbers of a world's cells
     # For each appended turn log P(action | H) in every state, [S, U, O, H]; see appended.py.
     suffix_rows: tuple[Array, ...] = ()
+    # How far each state is from what a requirement asks for, [S]; see reach.py.
+    reach: tuple[Array, ...] = ()
 
 
 @dataclass
@@ -48,6 +51,7 @@ class Compiler:
     groups: list[ty.Partition] = field(default_factory=list)
     quantities: list[tuple[float, ...]] = field(default_factory=list)
     places: list[tuple[int, ...]] = field(default_factory=list)
+    aways: list[ty.Away] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
     on_reduction: Callable[[ty.Reduction], Closure] | None = None
 
@@ -66,6 +70,7 @@ class Compiler:
             tuple(groups),
             np.array(self.quantities, dtype=float).reshape(-1, hypotheses),
             tuple(np.array(p, dtype=np.int32) for p in self.places),
+            reach=tuple(frames_until(self.world, away) for away in self.aways),
         )
 
     # Parameters.
@@ -219,10 +224,31 @@ class Compiler:
         self.shape.append(f"place{len(argument)},")
         return lambda scope: scope.params.places[number]
 
+    def _when(self, node: ty.When) -> Closure:
+        """last + 1 minus the greatest of last + 1 - t over the frames in which it holds."""
+        left = ty.TimeTable(1, tuple(float(node.last + 1 - t) for t in range(1, node.last + 1)))
+        ahead = ty.Apply("choose", (node.body, left, ty.Constant(0.0)))
+        greatest = ty.Reduction("max", 1, node.last, ahead)
+        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), _minus(greatest))))
+
+    def _framecount(self, node: ty.FrameCount) -> Closure:
+        return lambda scope: scope.count
+
+    def _away(self, node: ty.Away) -> Closure:
+        if node not in self.aways:
+            self.aways.append(node)
+        number = self.aways.index(node)
+        self.shape.append(str(number))
+        return lambda scope: scope.params.reach[number][scope.end]
+
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
         self.shape.append(f"{node.kind}{node.first}..{node.last}")
         return self.on_reduction(node)
+
+
+def _minus(node: ty.Typed) -> ty.Typed:
+    return ty.Apply("negate", (node,))
 
 
 class _QuantityScope:

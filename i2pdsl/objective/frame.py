@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -90,11 +91,18 @@ def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View
 
 
 class StepScope:
-    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
+    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached.
+
+    `accumulated` are the sums that stand inside this one, up to this frame.
+    """
+
+    accumulated: Sequence[Array]
+    length: int
 
     def __init__(self, world: World, tables: Any, params: Any, frame: Frame, first_state: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.frame, self.first_state = frame.number, frame, first_state
+        self.count = frame.number
         self.xp = frame.belief.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -109,9 +117,13 @@ class StepScope:
 class StartScope:
     """t = 0: nothing has moved. Frames do not exist, the prior does."""
 
+    accumulated: Sequence[Array]
+    length: int
+
     def __init__(self, world: World, tables: Any, params: Any, state: Array, zero: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.state = zero, state
+        self.count = zero
         self.xp = zero.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -144,6 +156,7 @@ class EndScope:
         self.world, self.tables, self.params = world, tables, params
         self.last, self.length, self.suffixes = last, length, suffixes
         self.first_state = first_state
+        self.count, self.end = last.number, last.state
         self.xp = last.belief.__array_namespace__()
         self.t = t
 
@@ -179,6 +192,11 @@ class HistoryScope:
         self.histories, self.count, self.length = histories, count, length
         self.t = times
         self.xp = histories[()][0].belief.__array_namespace__()
+
+    @property
+    def end(self) -> Array:
+        """The state in which the script ends so far."""
+        return self.histories[()][0].state[self.count]
 
     def view(self, moment: ty.Moment) -> View:
         frames, possible = self.histories[moment.turns]

@@ -9,6 +9,7 @@ from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate
+from i2pdsl.objective.requirements import violations
 from i2pdsl.worlds.world import World
 
 
@@ -33,10 +34,11 @@ def plausibility_weight(story: TypedStory) -> float:
 
 
 def story_objective(story: TypedStory, world: World) -> Objective:
-    """The compiled objective of a story, automatic terms included."""
+    """The compiled objective of a story, automatic terms and broken requirements included."""
     weight = plausibility_weight(story)
     chances = world.weak_chances if weight else ()
-    return compile_objective(world, story.length, all_terms(story), weight, chances)
+    terms = all_terms(story) + violations(story, world)
+    return compile_objective(world, story.length, terms, weight, chances)
 
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:

@@ -186,6 +186,17 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     )
 
 
+def endings(tables: Tables, moves: Moves, state: Array) -> Array:
+    """The states after each joint turn, [..., K]: `turns` without what anybody expects."""
+    xp = namespace(tables.cells)
+    ends = xp.asarray(state)[..., None]
+    for who in range(len(moves.weak)):
+        acts = [action if ok else STAY for action, ok in moves.outcomes(who)]
+        moved = xp.moveaxis(tables.successor[who][:, ends], 0, -1)[..., acts]
+        ends = moved.reshape(*ends.shape[:-1], -1)
+    return ends
+
+
 def _chance(xp: Any, outcomes: tuple[tuple[int, bool], ...], moved: Array, p: Array) -> Array:
     """Probability of each outcome given its action: 1 where there was nothing to attempt."""
     one = xp.ones_like(p)

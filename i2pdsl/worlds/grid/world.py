@@ -91,6 +91,9 @@ class GridWorld:
     def turns(self, tables: model.Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
 
+    def endings(self, tables: model.Tables, state: Array) -> Array:
+        return model.endings(tables, self.moves, state)
+
     def branch_actions(self, who: int) -> tuple[int, ...]:
         return tuple(action for action, _ in self.moves.outcomes(who))
 
