@@ -27,6 +27,7 @@ __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surr
 _HIDDEN = HIDDEN.terminal
 _NUMERIC = frozenset((*BY_TERMINAL, "LAST_KW")) - {_HIDDEN}
 _NUMBER = _NUMERIC | {"BIG_T", "BIG_OPEN", "LSQB", "LPAR", "MINUS", "IF_KW", "T_VAR", "T_END"}
+_NUMBER |= {"WHEN_KW"}
 _QUANTITY = frozenset((_HIDDEN, "LPAR", "MINUS", "IF_KW", "NOT_KW", "T_VAR", "T_END"))
 _INDEX = frozenset(("T_VAR", "T_END", "LAST_KW", "LPAR", "MINUS", "COLON"))
 _SCRIPT = frozenset(("SCRIPT_KW", "LPAR"))
@@ -35,7 +36,7 @@ _FITTING: dict[str, frozenset[str]] = {
     "any": _NUMBER | _SCRIPT | _EVENT | {_HIDDEN},
     "number": _NUMBER | {_HIDDEN},
     "constant": frozenset(("MINUS", "LPAR")),
-    "condition": _NUMBER | {"NOT_KW"},
+    "condition": _NUMBER | {"NOT_KW", "NEVER_KW", "EVENTUALLY_KW"},
     "index": _INDEX,
     "cell": frozenset(("MINUS",)),
     "point": frozenset(("LPAR",)),

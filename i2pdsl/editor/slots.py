@@ -42,6 +42,7 @@ _OF_STATEMENT = {
     "assume": "assumption",
     "audience": "audience",
     "search": "search",
+    "require": "condition",
 }
 
 

@@ -210,7 +210,8 @@ class Elaboration:
     def is_predicate(self, value: object) -> bool:
         """Whether a form of a frame is a predicate, 1 or 0, and no quantity."""
         if not isinstance(value, ty.Feature):
-            return False
+            one_or_zero = (ty.Constant(1.0), ty.Constant(0.0))
+            return isinstance(value, ty.Apply) and value.arguments[1:] == one_or_zero
         return not self.world.predicates[value.predicate].is_number
 
     def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> Stop:

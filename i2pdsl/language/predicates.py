@@ -66,7 +66,9 @@ class Predicates(Arithmetic):
         """Whether two predicates come to hold, the first one in an earlier frame."""
         ever = lambda word, n: self.item(ast.Ever(n.span, word, n), env).value
         when, then = self.both(lambda: ever("when", first), lambda: ever("when", second))
-        return ty.Apply("and", (ty.Apply("less", (when, then)), ever("eventually", second)))
+        in_time = ty.Apply("less", (when, ty.Constant(float(self.length))))
+        earlier = ty.Apply("less", (when, then))
+        return ty.Apply("and", (earlier, in_time, ever("eventually", second)))
 
     def predicate(self, node: ast.Call, env: Env) -> Item:
         predicate = self.world.predicates[node.callee.id]

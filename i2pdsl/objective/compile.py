@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.frame import Frame, HistoryScope, View
+from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.objective.reach import frames_until
@@ -70,7 +70,7 @@ class Compiler:
             tuple(groups),
             np.array(self.quantities, dtype=float).reshape(-1, hypotheses),
             tuple(np.array(p, dtype=np.int32) for p in self.places),
-            reach=tuple(frames_until(self.world, away) for away in self.aways),
+            reach=tuple(map(self._reach, self.aways)),
         )
 
     # Parameters.
@@ -240,6 +240,21 @@ class Compiler:
         number = self.aways.index(node)
         self.shape.append(str(number))
         return lambda scope: scope.params.reach[number][scope.end]
+
+    def _reach(self, away: ty.Away) -> np.ndarray:
+        """How many frames it takes from each state, [S]."""
+        inner, world = Compiler(self.world, 0), self.world
+        closure = inner.build(away.body)
+        params = inner.params()
+        known = world.vocabulary.predicates
+        features = [n for n in ty.walk(away.body) if isinstance(n, ty.Feature)]
+
+        def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
+            found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
+            return found
+
+        of_states = not any(known[f.predicate].needs_action for f in features)
+        return frames_until(world, away.events, asked, of_states)
 
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None

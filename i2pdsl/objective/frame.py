@@ -213,3 +213,19 @@ class HistoryScope:
         frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
         return _after(frame, moment, exists)
+
+
+class TurnScope:
+    """Frames that may be anywhere in a script, side by side: only what is seen in them."""
+
+    t = None
+
+    def __init__(self, world: World, params: Any, before: Array, action: Array, state: Array):
+        self.world, self.tables, self.params = world, world.tables, params
+        self.before, self.action, self.state = before, action, state
+        self.xp = state.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        nothing = self.xp.zeros(())
+        seen = (self.state, nothing, nothing, nothing, nothing)
+        return View(nothing, self.state, Frame(nothing, self.before, self.action, *seen))

@@ -2,71 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from i2pdsl.language import typed as ty
-from i2pdsl.objective.frame import View
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.world import World
-
-Array = Any
 
 NEVER = 1 << 20  # frames to what no turn leads to: more than a story can have
 _AT_ONCE = 1 << 15  # states whose turns are looked at together
 
 
-@dataclass(frozen=True)
-class _Turns:
-    """Transitions side by side: predicates are asked of the frames that they make."""
-
-    world: World
-    params: Any
-    before: np.ndarray
-    action: np.ndarray
-    state: np.ndarray
-    xp = np
-    t = None
-
-    @property
-    def tables(self) -> Any:
-        return self.world.tables
-
-    def view(self, moment: ty.Moment) -> View:
-        return View(None, self.state, self)  # type: ignore[arg-type]
+Asked = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""Whether frames are as asked: (states before, actions, states after), side by side."""
 
 
-def frames_until(world: World, away: ty.Away) -> np.ndarray:
+def frames_until(
+    world: World, events: tuple[int, ...], asked: Asked, of_states: bool
+) -> np.ndarray:
     """The fewest frames after each state until the last of them is as asked, at least 1.
 
     Breadth first, backward over all turns (chance may always come out as one likes) and the
     allowed events. Everybody may stay where they are, so what can be had in n frames can be had
     in more.
 
+    Args:
+        events: those that may happen, as numbers of `world.events`.
+        of_states: whether it depends on the state at the end of a frame alone.
+
     Returns: int32 [S], padded to the sizes of the tables of searches (worlds/grid/model.py).
     """
-    from i2pdsl.objective.compile import Compiler
-
-    compiler = Compiler(world, 0)
-    asked = compiler.build(away.body)
-    params = compiler.params()
-    known = world.vocabulary.predicates
-    features = [n for n in ty.walk(away.body) if isinstance(n, ty.Feature)]
     states = np.asarray(world.all_states(world.tables))
-    after, actions, possible = _frames(world, states, away.events)
-    if any(known[f.predicate].needs_action for f in features):
-        now = np.concatenate(
-            [
-                asked(_Turns(world, params, *np.broadcast_arrays(some[:, None], actions), ends))
-                != 0
-                for some, ends in _pieces(states, after)
-            ]
-        )
+    after, actions, possible = _frames(world, states, events)
+    if of_states:
+        now = asked(states, states, states)[after]
     else:
-        now = (asked(_Turns(world, params, states, states, states)) != 0)[after]
+        pieces = _pieces(states, after)
+        found = [asked(s[:, None] + 0 * actions, actions + 0 * ends, ends) for s, ends in pieces]
+        now = np.concatenate(found)
     frames = np.where((now & possible).any(1), 1, NEVER).astype(np.int32)
     waiting = np.flatnonzero(frames == NEVER)
     for count in range(2, NEVER):

@@ -47,6 +47,12 @@ def unmet(story: TypedStory, world: World, frames: Frame) -> tuple[Requirement, 
 
 
 _COUNT = ty.FrameCount()
+_FLIPPED = {
+    "less": "greater",
+    "less_equal": "greater_equal",
+    "greater": "less",
+    "greater_equal": "less_equal",
+}
 
 
 def _number(value: float) -> ty.Constant:
@@ -89,9 +95,14 @@ class _Verdicts:
         frame = _only_frame(node)
         if frame is not None and 0 < frame <= self.length:
             held, late = self._one_frame(node, frame), _is(_COUNT, "less", _number(frame))
-            missed = _both(late, self._too_far(node, _number(frame)))
+            missed = _both(late, self._too_far(_at_t(node, frame), _number(frame)))
             return _any(_both(_not(late), _not(held)), missed), _both(_not(late), held)
         match node:
+            case ty.Apply(
+                operation=relation, arguments=(ty.Constant() as bound, ty.When() as when)
+            ):
+                if relation in _FLIPPED:
+                    return self._read(_is(when, _FLIPPED[relation], bound))
             case ty.Apply(operation="not", arguments=(part,)):
                 return self._read(part)[::-1]
             case ty.Apply(operation="and" | "or", arguments=parts):
@@ -101,12 +112,10 @@ class _Verdicts:
                 return _both(*lost), _any(*sure)
             case ty.Reduction(kind="max", body=body):  # eventually [...]
                 return _both(_not(node), self._too_far(body, _number(self.length))), node
-            case ty.Apply(
-                operation="less", arguments=(ty.When() as first, ty.When() as second)
-            ):  # [...] before [...]
+            case ty.Apply(operation="less", arguments=(ty.When() as first, ty.When() as second)):
                 earlier = ty.Apply("min", (first, second))
                 happened = _is(earlier, "less_equal", _COUNT)
-                late = self._too_far(first.body, _number(self.length - 1))
+                late = self._too_far(first.body, _number(self.length))
                 return _both(_not(node), _any(happened, late)), node
             case ty.Apply(
                 operation="less" | "less_equal",
@@ -114,6 +123,11 @@ class _Verdicts:
             ):
                 last = np.ceil(bound) - 1 if node.operation == "less" else np.floor(bound)
                 return _both(_not(node), self._too_far(when.body, _number(last))), node
+            case ty.Apply(
+                operation="greater" | "greater_equal",
+                arguments=(ty.When(), ty.Constant() as least),
+            ):
+                return _not(node), _both(_is(_COUNT, "greater_equal", least), node)
         value = self._fixed(node)
         over = _is(_COUNT, "greater_equal", _number(self._decided(node)))
         return _both(over, _not(value)), _both(over, value)
