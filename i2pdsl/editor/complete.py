@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from i2pdsl.editor.colours import TERMINALS
+from i2pdsl.editor.colours import EVER, TERMINALS
 from i2pdsl.editor.enclosure import enclosures
 from i2pdsl.editor.names import functions_at, names_at
 from i2pdsl.editor.offers import Offer
@@ -208,7 +208,7 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
-    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS"):
+    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`
