@@ -50,6 +50,7 @@ _FITTING: dict[str, frozenset[str]] = {
     "predicate": _EVENT,
     "state": _EVENT,
     "place": frozenset(("LPAR",)),
+    "spot": frozenset(("LPAR",)),
 }
 """The terminals that can begin what makes sense in a slot; none in those that hold names only."""
 

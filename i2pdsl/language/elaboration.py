@@ -416,13 +416,19 @@ class Elaboration:
         names = {*env.names, *env.module.known(), *self.world.latents, *FUNCTIONS, "pi"}
         return names | {"script"}
 
+    @property
+    def first_pictures(self) -> str:
+        """What can be said of a first picture, in words."""
+        names = [f"`{p.name}`" for p in self.world.predicates.values() if not p.needs_action]
+        return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)
+
     def outside_belief(self, latent: Latent, node: ast.Expr, env: Env) -> Stop:
         """A latent's value was asked for where only frames and beliefs are known."""
         message = f"`{latent.name}` is hidden from the viewers"
         hint = f"ask what they believe: `P({latent.name} ... | script[:t])`"
         if env.inside == "start":
             message = f"`{latent.name}` is no part of the first picture"
-            hint = "the start is described by `at`, `absent` and `adjacent`"
+            hint = "the start is described by " + self.first_pictures
         return self.blame("hidden", message, node, env, hint)
 
 

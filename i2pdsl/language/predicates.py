@@ -77,9 +77,9 @@ class Predicates(Arithmetic):
             hint = f"write `[{predicate.name}(...) @ script[t]]`"
             message = f"`{predicate.name}` is asked of a frame"
             raise self.fail("predicate", message, node.span, env, hint)
-        if env.inside == "start" and (predicate.needs_action or predicate.is_number):
+        if env.inside == "start" and predicate.needs_action:
             message = f"`{predicate.name}` needs a frame, but nothing has happened at the start"
-            hint = "the start is described by `at`, `absent` and `adjacent`"
+            hint = "the start is described by " + self.first_pictures
             raise self.fail("predicate", message, node.span, env, hint)
         count = len(predicate.parameters)
         if len(node.arguments) != count:
@@ -104,6 +104,8 @@ class Predicates(Arithmetic):
             return self.place(node, env)
         if kind == "character":
             return self.character(node, env)
+        if kind == "spot":
+            return self.spot(node, env)
         known = self.world.things if kind == "object" else self.entities
         return self.entities.index(self.named(node, env, known, kind))
 
@@ -130,6 +132,18 @@ class Predicates(Arithmetic):
             message = f"`{stripped.id}` is {other}, expected the name of {article} {label}"
             hint = "known here: " + ", ".join(known)
         raise self.fail(code, message, stripped.span, inner, hint or None)
+
+    def spot(self, node: ast.Expr, env: Env) -> int | tuple[tuple[int, int], ...]:
+        """A character, an object or a place."""
+        names = (*self.entities, *self.world.places)
+        stripped, inner = self.strip(node, env, names, "the name of a character, object or place")
+        if isinstance(stripped, ast.Name) and stripped.id in self.entities:
+            return self.entities.index(stripped.id)
+        if not isinstance(stripped, ast.Name) or stripped.id in self.world.places:
+            return self.place(node, env)
+        hint = did_you_mean(stripped.id, names) or "known here: " + ", ".join(names)
+        message = f"there is no character, object or place `{stripped.id}`"
+        raise self.fail("no-place", message, stripped.span, inner, hint)
 
     def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
         """The cells that a tile's name or a pair (column, row) stands for; a world without a map

@@ -32,7 +32,7 @@ class Params(NamedTuple):
     masks: Array  # bool [n, H]
     groups: tuple[Array, ...]  # one-hot [H, V]
     quantities: Array  # [n, H]
-    places: tuple[Array, ...]  # numbers of a world's cells
+    places: tuple[Array, ...]  # numbers of a world's cells, or what is known of them
     # For each appended turn log P(action | H) in every state, [S, U, O, H]; see appended.py.
     suffix_rows: tuple[Array, ...] = ()
     # How far each state is from what a requirement asks for, [S]; see reach.py.
@@ -50,7 +50,7 @@ class Compiler:
     masks: list[ty.Mask] = field(default_factory=list)
     groups: list[ty.Partition] = field(default_factory=list)
     quantities: list[tuple[float, ...]] = field(default_factory=list)
-    places: list[tuple[int, ...]] = field(default_factory=list)
+    places: list[tuple[int, ...] | np.ndarray] = field(default_factory=list)
     aways: list[ty.Away] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
     on_reduction: Callable[[ty.Reduction], Closure] | None = None
@@ -215,8 +215,8 @@ class Compiler:
         return value
 
     def _argument(self, argument: Any) -> Closure:
-        """An argument of a predicate. A place is a parameter: on another map it lies elsewhere."""
-        if not isinstance(argument, tuple):
+        """An argument of a predicate; of places a parameter: elsewhere on another map."""
+        if not isinstance(argument, tuple | np.ndarray):
             self.shape.append(f"{argument},")
             return lambda scope: argument
         number = len(self.places)
