@@ -34,6 +34,7 @@ from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import unmet
+from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -62,6 +63,7 @@ class Script(Shown):
         appended: the turns that its story appends to it (a flashback's last picture).
         windows: the stretches of frames that its story treats otherwise than the rest.
         unmet: the requirements of its story that it does not meet.
+        subjects: the beliefs that its story speaks of.
     """
 
     record: Record
@@ -74,6 +76,7 @@ class Script(Shown):
     appended: tuple[ty.Turn, ...] = ()
     windows: tuple[tuple[int, int, str], ...] = ()
     unmet: tuple[Requirement, ...] = ()
+    subjects: tuple[Subject, ...] = ()
 
     @property
     def score(self) -> float | None:
@@ -273,6 +276,7 @@ def script_of(
         appended=turns,
         windows=windows,
         unmet=unmet(story, world, frames),
+        subjects=subjects_of(story),
     )
 
 
@@ -316,7 +320,20 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     turns = appended_turns(story) if story else ()
     windows = story_windows(story, len(path.actions)) if story else ()
     missed = unmet(story, world, frames) if story else ()
-    return Script(record, world, path, module, assumption, frames, warnings, turns, windows, missed)
+    subjects = subjects_of(story) if story else ()
+    return Script(
+        record,
+        world,
+        path,
+        module,
+        assumption,
+        frames,
+        warnings,
+        turns,
+        windows,
+        missed,
+        subjects,
+    )
 
 
 def _stored_world(record: Record, folder: Path | None) -> Spec:

@@ -26,16 +26,23 @@ More than scores differ by, and little enough for single precision to tell 0.01 
 The scores of finished scripts are told without it."""
 
 
+SHORTFALL = 100.0
+"""What a descent loses for each unit by which a requirement is missed: enough to matter more than
+beliefs do, and little enough for its steps."""
+
+
 def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
-    """A term for each requirement: 1 from where on a script has broken it for good."""
-    enumerable = story.vocabulary.enumerable
-    events = world.events(story.allow) if enumerable else None
-    verdicts = _Verdicts(story.length, events)
+    """A term for each requirement: 1 from where on a script has broken it for good.
+
+    Where bodies move, which is searched along gradients, how much it misses it by.
+    """
+    conditions = [r.condition for r in story.requirements]
+    if not story.vocabulary.enumerable:
+        verdicts = _Verdicts(story.length, None)
+        return [(-SHORTFALL, verdicts.shortfall(c, True)) for c in conditions]
+    verdicts = _Verdicts(story.length, world.events(story.allow))
     one, zero = ty.Constant(1.0), ty.Constant(0.0)
-    return [
-        (-VIOLATION, ty.Apply("choose", (verdicts.broken(r.condition), one, zero)))
-        for r in story.requirements
-    ]
+    return [(-VIOLATION, ty.Apply("choose", (verdicts.broken(c), one, zero))) for c in conditions]
 
 
 def unmet(story: TypedStory, world: World, frames: Frame) -> tuple[Requirement, ...]:
@@ -71,6 +78,10 @@ def _any(*parts: ty.Typed) -> ty.Typed:
     return ty.Apply("or", parts)
 
 
+def _minus(part: ty.Typed) -> ty.Typed:
+    return ty.Apply("negate", (part,))
+
+
 def _not(part: ty.Typed) -> ty.Typed:
     return ty.Apply("not", (part,))
 
@@ -89,6 +100,37 @@ class _Verdicts:
     def broken(self, node: ty.Typed) -> ty.Typed:
         """Whether a condition can no longer hold."""
         return self._read(node)[0]
+
+    def shortfall(self, node: ty.Typed, wanted: bool) -> ty.Typed:
+        """By how much a condition misses being true (or false) once that is decided, 0 where it
+        does not: smooth where predicates are, as far as comparisons go, and else 1."""
+        match node:
+            case ty.Apply(operation="not", arguments=(part,)):
+                return self.shortfall(part, not wanted)
+            case ty.Apply(operation="choose", arguments=(part, ty.Constant(), ty.Constant())):
+                return self.shortfall(part, wanted)
+            case ty.Apply(operation="and" | "or", arguments=parts):
+                misses = tuple(self.shortfall(part, wanted) for part in parts)
+                return ty.Apply("add" if (node.operation == "and") == wanted else "min", misses)
+        last = self._decided(node)
+        value = self._fixed(node)
+        missed = value if not wanted else ty.Apply("add", (_number(1), _minus(value)))
+        if isinstance(node, ty.Reduction) and not wanted:  # never [...]
+            return missed
+        if isinstance(value, ty.Apply):
+            missed = self._gap(value, wanted)
+        there = _is(_COUNT, "greater_equal", _number(last))
+        return ty.Apply("choose", (there, missed, _number(0)))
+
+    def _gap(self, node: ty.Apply, wanted: bool) -> ty.Typed:
+        """By how much a comparison misses."""
+        falls = node.operation in ("less", "less_equal")
+        if node.operation in _FLIPPED and not any(isinstance(a, ty.When) for a in node.arguments):
+            left, right = node.arguments
+            more = ty.Apply("add", (left, _minus(right)))
+            return ty.Apply("max", (_number(0), more if falls == wanted else _minus(more)))
+        misses = _not(node) if wanted else node
+        return ty.Apply("choose", (misses, _number(1), _number(0)))
 
     def _read(self, node: ty.Typed) -> tuple[ty.Typed, ty.Typed]:
         """Whether a condition can no longer hold, and whether it holds whatever follows."""

@@ -14,10 +14,11 @@ from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
-from i2pdsl.objective.requirements import VIOLATION, unmet
+from i2pdsl.objective.requirements import VIOLATION, unmet, violations
 from i2pdsl.objective.terms import story_objective
 from i2pdsl.pipeline import Story
 from i2pdsl.worlds.grid.world import GridWorld
+from plane_for_tests import DESK, build_plane, wandered
 from worlds_for_tests import planned, small_kitchen, trajectory
 
 CORRIDOR = """
@@ -209,6 +210,33 @@ def test_events_that_a_story_allows_count_as_ways() -> None:
     assert (open_[:states][absent & ~taken] == 1).all()
     # Whoever stands there has to go first; the cheese may have to wait for the robot.
     assert set(open_[:states][absent & taken].tolist()) == {2, 3}
+
+
+DESK_REQUIRED = (
+    "[at(hand, left) @ script[T]]",
+    "not [moved(hand) @ script[3]]",
+    "[moved(hand) @ script[2]] and never [at(hand, right)]",
+    "eventually [distance_gone > 0.02]",
+    "when [idle(hand)] > 3 or P(G_hand = left | script[:4]) > 0.4",
+    "(mean_t [speed(hand) @ script[t]]) < 0.03",
+    "not (P(G_hand = low | script[:T]) <= 0.3 and eventually [sees(hand, low)])",
+)
+
+
+@pytest.mark.parametrize("text", DESK_REQUIRED)
+def test_where_bodies_move_something_is_lost_where_a_requirement_is_missed(text: str) -> None:
+    desk = build_plane(DESK)
+    lines = ("world desk", "length 6", "let distance_gone = speed(hand)", "maximize 0")
+    source = Source("s.story", "\n".join((*lines, f"require {text}")))
+    typed = check_source(source, lambda *_: desk.vocabulary)
+    assert not isinstance(typed, Library)
+    ((weight, missed),) = violations(typed, desk)
+    assert weight < 0
+    for seed in range(12):
+        frames = replay(desk, *wandered(desk, 6, seed, spread=0.3 * (seed % 4)))
+        value = evaluate(desk, frames, missed, None)
+        assert value >= 0
+        assert (value > 0) == bool(unmet(typed, desk, frames)), seed
 
 
 def test_the_search_meets_what_it_can_and_says_what_it_cannot() -> None:
