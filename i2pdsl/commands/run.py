@@ -145,8 +145,9 @@ def make(
     for number, script in enumerate(chosen, 1):
         place = folder if number == 1 else folder / f"candidate-{number}"
         path = script.save(place / "script.json")
-        missed = [requirement.text for requirement in script.unmet]
-        parts.append({"score": script.score, "unmet": missed, "script": str(path), "files": {}})
+        parts.append({"score": script.score, "script": str(path), "files": {}})
+        if story.typed.requirements:
+            parts[-1]["unmet"] = [requirement.text for requirement in script.unmet]
     began = time.perf_counter()
     try:
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
