@@ -1,4 +1,4 @@
-"""What a search found, as scripts from the best to the worst."""
+"""What a search found, as scripts from the best to the worst: fewer broken requirements first."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.story import Requirement
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
@@ -39,6 +40,11 @@ class Result(Shown):
         """Its objective, automatic terms included."""
         return self.script.score or 0.0
 
+    @property
+    def unmet(self) -> tuple[Requirement, ...]:
+        """The requirements that the best script does not meet."""
+        return self.script.unmet
+
     def __repr__(self) -> str:
         return f"<Result: {len(self.candidates)} found, the best {self.script!r}>"
 
@@ -58,7 +64,7 @@ def ranked(task: Task, found: Found, seed: int) -> list[Script]:
         message = "the objective has no finite value for any script that was found"
         raise error("objective", message, whole, "look for a logarithm of 0 or a division by 0")
     worth = lambda s: -np.inf if s.score is None or np.isnan(s.score) else s.score
-    return sorted(scripts, key=lambda s: -worth(s))
+    return sorted(scripts, key=lambda s: (len(s.unmet), -worth(s)))
 
 
 def _scored(task: Task, path: Trajectory, seed: int) -> Script:

@@ -28,10 +28,12 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
+from i2pdsl.language.story import Requirement
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.requirements import unmet
 from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
@@ -60,6 +62,7 @@ class Script(Shown):
         warnings: of its file, where that could not be taken quite as it is.
         appended: the turns that its story appends to it (a flashback's last picture).
         windows: the stretches of frames that its story treats otherwise than the rest.
+        unmet: the requirements of its story that it does not meet.
         subjects: the beliefs that its story speaks of.
     """
 
@@ -72,6 +75,7 @@ class Script(Shown):
     warnings: tuple[Diagnostic, ...] = ()
     appended: tuple[ty.Turn, ...] = ()
     windows: tuple[tuple[int, int, str], ...] = ()
+    unmet: tuple[Requirement, ...] = ()
     subjects: tuple[Subject, ...] = ()
 
     @property
@@ -271,6 +275,7 @@ def script_of(
         frames,
         appended=turns,
         windows=windows,
+        unmet=unmet(story, world, frames),
         subjects=subjects_of(story),
     )
 
@@ -314,9 +319,20 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
     windows = story_windows(story, len(path.actions)) if story else ()
+    missed = unmet(story, world, frames) if story else ()
     subjects = subjects_of(story) if story else ()
     return Script(
-        record, world, path, module, assumption, frames, warnings, turns, windows, subjects
+        record,
+        world,
+        path,
+        module,
+        assumption,
+        frames,
+        warnings,
+        turns,
+        windows,
+        missed,
+        subjects,
     )
 
 

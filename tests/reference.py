@@ -16,6 +16,7 @@ latents that play no part. An event is a function hypothesis -> bool.
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import combinations, permutations, product
 
 MOVES = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
@@ -627,6 +628,65 @@ def tried(world, script, k, who):
     """who chose a move in frame k."""
     own = _own(world, script, k, who)
     return own is not None and own[0] != "stay"
+
+
+def idle(world, script, k, who):
+    return not tried(world, script, k, who)
+
+
+DIRECTIONS = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+
+
+def faces(world, script, k, who, spot):
+    """who chose to move in frame k, along the axis on which it is farther to the spot."""
+    own = _own(world, script, k, who)
+    if own is None or own[0] == "stay":
+        return False
+    (x, y), there = world.cell(own[1], who), _spot(world, own[1], spot)
+    if there is None:
+        return False
+    dx, dy = there[0] - x, there[1] - y
+    choices = {"east": dx, "west": -dx, "south": dy, "north": -dy}
+    return choices[own[0]] > 0 and choices[own[0]] == max(choices.values())
+
+
+def _spot(world, state, spot):
+    """The cell of a character, a thing or a tile."""
+    return world.tiles[spot] if spot in world.tiles else world.cell(state, spot)
+
+
+def sees(world, state, who, spot):
+    """No wall's open square is on the line between the middles: each cut by its four edges."""
+    here, there = world.cell(state, who), _spot(world, state, spot)
+    if not here or not there:
+        return False
+    columns, rows = (range(max(c[i] for c in world.free) + 1) for i in (0, 1))
+    for wall in {(x, y) for x in columns for y in rows} - world.free:
+        first, last = Fraction(0), Fraction(1)
+        for a, b, middle in zip(here, there, wall, strict=True):
+            low, high = middle - Fraction(1, 2), middle + Fraction(1, 2)
+            if a == b:
+                first, last = (first, last) if low < a < high else (1, 0)
+                continue
+            ends = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+            first, last = max(first, ends[0]), min(last, ends[1])
+        if first < last:
+            return False
+    return True
+
+
+def distance(world, state, who, spot):
+    """The fewest steps among walls, breadth first; as many as cells where no way leads."""
+    here, there = world.cell(state, who), _spot(world, state, spot)
+    found, steps = {here} - {None}, 0
+    while found and there is not None:
+        if there in found:
+            return steps
+        near = {(x + dx, y + dy) for x, y in found for dx, dy in DIRECTIONS.values()}
+        if not (near & world.free) - found:
+            break
+        found, steps = found | (near & world.free), steps + 1
+    return len(world.free)
 
 
 def fell(world, script, k, thing):

@@ -160,6 +160,25 @@ FRAME_QUERIES = {
     "[adjacent(robot, cheese) @ script[t]]": lambda w, s, t: R.adjacent(
         w, w.state_at(s, t), "robot", "cheese"
     ),
+    "[idle(cheese) @ script[t]]": lambda w, s, t: R.idle(w, s, t, "cheese"),
+    "[faces(robot, cheese) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "robot", "cheese"),
+    "[faces(cheese, green) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "cheese", "green"),
+    "[faces(cheese, table) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "cheese", "table"),
+    "[sees(robot, table) @ script[t]]": lambda w, s, t: R.sees(
+        w, w.state_at(s, t), "robot", "table"
+    ),
+    "[sees(cheese, pink) @ script[t]]": lambda w, s, t: R.sees(
+        w, w.state_at(s, t), "cheese", "pink"
+    ),
+    "[distance(robot, table) @ script[t]]": lambda w, s, t: R.distance(
+        w, w.state_at(s, t), "robot", "table"
+    ),
+    "[distance(cheese, green) @ script[t]]": lambda w, s, t: R.distance(
+        w, w.state_at(s, t), "cheese", "green"
+    ),
+    "[touching(robot, cheese) @ script[t]]": lambda w, s, t: R.adjacent(
+        w, w.state_at(s, t), "robot", "cheese"
+    ),
     "[absent(table) @ script[t]]": lambda w, s, t: R.absent(w, w.state_at(s, t), "table"),
 }
 

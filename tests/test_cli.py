@@ -870,3 +870,17 @@ def test_fmt_formats_worlds_too(place: Path, i2p: Run) -> None:
     assert "    goals = {none}\n\nrewards\n    goal = 1\n" in Path("odd.world").read_text()
     assert i2p("fmt", "--check", "odd.world").status == 0
     assert i2p("check", "odd.world").status == 0
+
+
+def test_a_requirement_that_is_not_met_is_said(place: Path, i2p: Run) -> None:
+    lines = [
+        "world fork",
+        "length 1",
+        "search naive",
+        "require [at(robot, left)] before [idle(robot)]",
+    ]
+    Path("late.story").write_text("\n".join(lines), encoding="utf-8")
+    done = i2p("run", "late.story", "--json", "--format", "svg")
+    assert done.status == DONE
+    assert json.loads(done.out)["unmet"] == [lines[-1]]
+    assert done.err.startswith("late.story:4:1: warning[unmet]: no script was found that meets")

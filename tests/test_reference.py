@@ -359,7 +359,6 @@ def test_plausibility_counts_what_could_succeed(small, story):
 
 def test_stories_by_hand(small, story):
     helps = [ref.P(small, story, t, ref.HELPS) for t in (1, 2, 3)]
-    hinders = [ref.P(small, story, t, ref.HINDERS) for t in (1, 2, 3)]
     value = {name: ref.STORIES[name](small, story, 4) for name in ref.STORIES}
     assert value["help"] == close(sum(helps))
     assert value["help"] + value["hinder"] + value["indifferent"] == close(3)

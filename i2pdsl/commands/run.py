@@ -139,12 +139,15 @@ def make(
         count = len(chosen)
         alike = " that differ visibly" if story.typed.vocabulary.enumerable else ""
         click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
+    show([requirement.missed() for requirement in found.unmet])
     seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
     parts: list[dict[str, Any]] = []
     for number, script in enumerate(chosen, 1):
         place = folder if number == 1 else folder / f"candidate-{number}"
         path = script.save(place / "script.json")
         parts.append({"score": script.score, "script": str(path), "files": {}})
+        if story.typed.requirements:
+            parts[-1]["unmet"] = [requirement.text for requirement in script.unmet]
     began = time.perf_counter()
     try:
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):

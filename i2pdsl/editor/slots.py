@@ -29,6 +29,7 @@ _OF_PARAMETER = {
     "thing": "thing",
     "object": "object",
     "place": "place",
+    "spot": "spot",
 }
 _OF_STATEMENT = {
     "world": "world",
@@ -42,6 +43,7 @@ _OF_STATEMENT = {
     "assume": "assumption",
     "audience": "audience",
     "search": "search",
+    "require": "condition",
 }
 
 
@@ -60,11 +62,11 @@ class Slot:
     Attributes:
         kind: any, number, constant, event, quantity, condition (of frames and numbers), latent,
             script, latent or script, script or event, value (of the latent `name`), values (of
-            any), quantity or value, index, predicate, state (a predicate of the start),
-            character, object, thing (either), place, cell, point, actor, action, dropped (by the
-            event `name`), world, library, audience, search, setting (of the owner `name`),
-            setting value (`owner name`), occurrence, assumption, new (a name that is being
-            given) or nothing.
+            any), quantity or value, index, predicate, state (a predicate of the start), character,
+            object, thing (either), place, spot (any of them), cell, point, actor, action, dropped
+            (by the event `name`), world, library, audience, search, setting (of the owner `name`),
+            setting value (`owner name`), occurrence, assumption, new (a name that is being given)
+            or nothing.
         parameters: the parameters of a pattern that can be named here, and `slot` is then that of
             the next one by position.
         time: whether `t` means something.
@@ -146,7 +148,7 @@ class Place:
                 return Slot("number")
             case "group":
                 around = self._at(level - 1)
-                return Slot("cell") if around.kind in ("place", "point") else around
+                return Slot("cell") if around.kind in ("place", "spot", "point") else around
             case "call":
                 return self._of_call(enclosure, level)
             case "parameters":

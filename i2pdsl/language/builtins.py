@@ -72,6 +72,24 @@ FORMS: tuple[Word, ...] = (
         "[moved(robot) @ script[T]]",
     ),
     Word(
+        "eventually",
+        "eventually [predicate]",
+        "whether a predicate of the world holds in some frame",
+        "eventually [pushes(robot, cheese)]",
+    ),
+    Word(
+        "never",
+        "never [predicate]",
+        "whether it holds in no frame",
+        "never [moved(cheese)]",
+    ),
+    Word(
+        "when",
+        "when [predicate]",
+        "the number of the first frame in which it holds; T+1 where it never does",
+        "sum_t (if t < when [pushes(robot, cheese)] then 1 else 0)",
+    ),
+    Word(
         "++",
         "script ++ [who: action, ...]",
         "the script with one more turn; `west!` is a move that fails",
@@ -192,15 +210,21 @@ STATEMENTS: tuple[Word, ...] = (
         "how to look for the script: `beam`, `descend` or `naive`",
         "search beam(starts = 100, width = 5)",
     ),
+    Word(
+        "require",
+        "require CONDITION, require [predicate] before [predicate]",
+        "what must hold in the finished script, before any objective counts; several add up",
+        "require eventually [at(robot, pink)]",
+    ),
 )
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
-_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize")
+_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require")
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 
-_FORM_WORDS = "script t T last if then else and or not in"
+_FORM_WORDS = "script t T last if then else and or not in never eventually when"
 _SUMS = "sum_t mean_t min_t max_t"
 RESERVED = frozenset((*STATEMENT_WORDS, *BY_NAME, *_FORM_WORDS.split(), *_SUMS.split()))
 """The words that nothing else can be called."""

@@ -32,6 +32,7 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
     Library,
     Observer,
+    Requirement,
     SearchPlan,
     TypedStory,
     default_assumption,
@@ -83,7 +84,7 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     """By place, those of the file itself first; without repetitions."""
     unique: dict[object, Diagnostic] = {}
     for d in problems:
-        # A mistake inside a pattern is the same wherever the pattern is used, and one in an argument
+        # A mistake inside a pattern is one wherever the pattern is used, and so is one in an argument
         # wherever the pattern puts it in.
         what = None if d.notes else (d.code, d.message)
         unique.setdefault((d.span.source.name, d.span, what), d)
@@ -203,6 +204,7 @@ class _Checker:
         allow = self.allow()
         weights = self.weights()
         typed = tuple(o for o in map(self.objective, objectives) if o is not None)
+        requirements = tuple(map(self.requirement, self.program.of(ast.Require)))
         plan = self.settings.search(search)
         check_unused(self.program, self.module, self.elaborator, self.problems.append)
         return TypedStory(
@@ -220,6 +222,7 @@ class _Checker:
             observers=observers,
             search=plan,
             module=self.module,
+            requirements=tuple(r for r in requirements if r is not None),
         )
 
     def vocabulary(self, world: ast.World) -> Vocabulary | None:
@@ -360,6 +363,30 @@ class _Checker:
                 return None
             self.values[text] = value
         return statement.sign, value
+
+    def requirement(self, statement: ast.Require) -> Requirement | None:
+        first, second = statement.condition, statement.second
+        try:
+            if second is None:
+                item = self.elaborator.item(first, self.env)
+                value = item.value
+                if item.kind == "number" and not self.elaborator.is_predicate(value):
+                    message, hint = (
+                        "expected a condition, found a number",
+                        "compare it: `... > 0.9`",
+                    )
+                    raise self.elaborator.blame("type", message, first, self.env, hint)
+                if item.kind not in ("number", "truth"):
+                    raise self.elaborator.wrong_kind("a condition", item, first, self.env)
+            else:
+                value = self.elaborator.order(first, second, self.env)
+            if not any(isinstance(n, ty.Moment) for n in ty.walk(value)):
+                message = "this says nothing about the script"
+                hint = "for instance `require eventually [...]`, or `P(... | script[:T]) > 0.9`"
+                raise self.elaborator.fail("require", message, first.span, self.env, hint)
+        except Stop:
+            return None
+        return Requirement(value, statement.span)
 
 
 @cache

@@ -194,6 +194,8 @@ class Inference:
                 if name in FUNCTIONS and FUNCTIONS[name].takes == "number":
                     return self.over_time(node, module, own)
                 return "predicate" if isinstance(node, ast.Call) else "any"
+        if isinstance(node, ast.Ever):
+            return "number" if node.word == "when" else "event"
         if isinstance(node, _CONDITIONS):
             return "event"
         return self.over_time(node, module, own) if isinstance(node, _NUMBERS) else "any"
@@ -276,6 +278,8 @@ class _Roles:
                 believed = "" if node.kind.shape is HIDDEN else "event"
                 self.each(about, _ABOUT.get(node.kind.about, node.kind.about), believed or inside)
                 self.given(given)
+            case ast.Ever(predicate=predicate):
+                self.visit(predicate, "predicate", "frame")
             case ast.Holds(predicate=predicate, frame=frame):
                 self.visit(predicate, "predicate", "frame")
                 self.visit(frame, "any", "")
@@ -327,10 +331,10 @@ class _Roles:
 
 
 def _counts_frames(node: ast.Expr) -> bool:
-    """`t`, or `t - 1`: what is compared with it is the number of a frame."""
+    """`t`, `t - 1` or `when [...]`: what is compared with it is the number of a frame."""
     if isinstance(node, ast.Sum):
         return any(_counts_frames(term) for term in node.terms)
-    return isinstance(node, ast.Time)
+    return isinstance(node, ast.Time) or (isinstance(node, ast.Ever) and node.word == "when")
 
 
 def _with_default(kind: str, default: ast.Expr) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from i2pdsl.errors import Diagnostic, Source, StoryError, whole_file
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
@@ -19,6 +19,24 @@ class Observer:
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What must hold in the finished script: `require CONDITION`."""
+
+    condition: ty.Typed
+    span: Span = field(compare=False)
+
+    @property
+    def text(self) -> str:
+        """As it was written, in one line."""
+        return " ".join(self.span.text.split())
+
+    def missed(self) -> Diagnostic:
+        """What is said where the best script that was found does not meet it."""
+        message = "no script was found that meets this requirement and as many of the others"
+        return Diagnostic("unmet", message, self.span, severity="warning")
 
 
 @dataclass(frozen=True)
@@ -63,6 +81,7 @@ class TypedStory:
         weights: of the automatic terms, 0 for those that the world does not have.
         assumption: the mask that every belief is conditioned on.
         observers: one, or several whose beliefs are averaged.
+        requirements: what must hold before any objective counts.
     """
 
     name: str
@@ -79,6 +98,7 @@ class TypedStory:
     observers: tuple[Observer, ...]
     search: SearchPlan
     module: Module = field(compare=False)
+    requirements: tuple[Requirement, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:

@@ -33,9 +33,9 @@ class Latent:
 class Predicate:
     """Something that can be asked of a frame: `[name(arguments) @ script[k]]`.
 
-    Each parameter is `character`, `thing` (an object or a character) or `place` (a tile or a
-    cell). `needs_action` tells predicates of frames from predicates of states; `is_number` tells
-    quantities (progress, effort) from predicates.
+    Each parameter is `character`, `thing` (an object or a character), `place` (a tile or a
+    cell) or `spot` (any of these). `needs_action` tells predicates of frames from predicates of
+    states; `is_number` tells quantities (progress, effort) from predicates.
     """
 
     name: str

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.evaluate import COMPARISONS
 from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
@@ -24,6 +25,8 @@ from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, St
 from i2pdsl.worlds.world import World
 
 Array = Any
+
+COMPARED = frozenset(name for name, _ in COMPARISONS.values())
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def compile_objective(
     suffixes = _appended(terms)
     return Objective(
         init=_init(world, sums, history, length, seen),
-        step=_step(world, sums, history, seen),
+        step=_step(world, sums, history, length, seen),
         score=_score(world, built, places, sums, history, length, suffixes, seen),
         params=compiler.params(),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
@@ -103,10 +106,25 @@ def _looks_far(node: object, length: int) -> bool:
             # A fixed frame inside a sum (the prior excepted) changes terms already taken.
             moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
             frames = [m for n in ty.walk(node.body) for m in _asked(n)]
-            return any(m.first is None and m.frames[0] != 0 for m in moments) or any(
-                m.offset != 0 for m in frames
-            )
+            fixed = any(m.first is None and m.frames[0] != 0 for m in moments)
+            return fixed or any(m.offset != 0 for m in frames) or looks_ahead(node.body)
     return False
+
+
+def looks_ahead(node: object) -> bool:
+    """Whether a term of a sum depends on what happens after its frame t.
+
+    `t < when [...]` does not: where it has not happened up to frame t, it is later than t.
+    """
+    match node:
+        case ty.Reduction() | ty.When():
+            return True
+        case (
+            ty.Apply(arguments=(ty.When(), ty.TimeTable() as table))
+            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When()))
+        ) if node.operation in COMPARED:
+            return any(value > table.first + i for i, value in enumerate(table.values))
+    return any(looks_ahead(child) for child in ty.children(node))
 
 
 def _asked(node: object) -> list[ty.Moment]:
@@ -152,8 +170,7 @@ def _total(scope: Any, own: _Sum) -> Array:
     """The reduction over the frames so far, and over the appended ones that it reaches."""
     xp, node = scope.xp, own.node
     total = scope.accumulated[own.number]
-    n = scope.last.number
-    count = xp.clip(n, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+    count = xp.clip(scope.count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
     for t in range(max(scope.length + 1, node.first), node.last + 1):
         total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
         count = count + 1
@@ -194,7 +211,8 @@ def _init(
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         start = StartScope(world, tables, params, state, xp.zeros((), dtype=xp.int32))
-        values = []
+        values: list[Array] = []
+        start.accumulated, start.length = values, length
         for own in sums:
             value = zero + _EMPTY[own.node.kind]
             values.append(zero + own.term(start) if own.node.first == 0 else value)
@@ -225,12 +243,13 @@ def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: i
 
 
 def _step(
-    world: World, sums: list[_Sum], history: bool, seen: _Seen | None
+    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
 ) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
         xp = scope.xp
-        values = []
+        values: list[Array] = []
+        scope.accumulated, scope.length = values, length
         for own in sums:
             before = carry.sums[own.number]
             term = own.term(scope)
@@ -303,7 +322,7 @@ class _FoldScope(EndScope):
 
     def at(self, t: int) -> EndScope:
         """The same end, looked at from an appended frame t."""
-        return EndScope(
+        scope = _FoldScope(
             self.world,
             self.tables,
             self.params,
@@ -313,3 +332,5 @@ class _FoldScope(EndScope):
             self.suffixes,
             t,
         )
+        scope.accumulated = self.accumulated
+        return scope

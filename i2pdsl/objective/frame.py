@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -103,11 +104,18 @@ def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View
 
 
 class StepScope:
-    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
+    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached.
+
+    `accumulated` are the sums that stand inside this one, up to this frame.
+    """
+
+    accumulated: Sequence[Array]
+    length: int
 
     def __init__(self, world: World, tables: Any, params: Any, frame: Frame, first_state: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.frame, self.first_state = frame.number, frame, first_state
+        self.count = frame.number
         self.xp = frame.belief.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -122,9 +130,13 @@ class StepScope:
 class StartScope:
     """t = 0: nothing has moved. Frames do not exist, the prior does."""
 
+    accumulated: Sequence[Array]
+    length: int
+
     def __init__(self, world: World, tables: Any, params: Any, state: Array, zero: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.state = zero, state
+        self.count = zero
         self.xp = zero.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -157,6 +169,7 @@ class EndScope:
         self.world, self.tables, self.params = world, tables, params
         self.last, self.length, self.suffixes = last, length, suffixes
         self.first_state = first_state
+        self.count, self.end = last.number, last.state
         self.xp = last.belief.__array_namespace__()
         self.t = t
 
@@ -193,6 +206,11 @@ class HistoryScope:
         self.t = times
         self.xp = histories[()][0].belief.__array_namespace__()
 
+    @property
+    def end(self) -> Array:
+        """The state in which the script ends so far."""
+        return self.histories[()][0].state[self.count]
+
     def view(self, moment: ty.Moment) -> View:
         frames, possible = self.histories[moment.turns]
         total = self.length + len(moment.turns)
@@ -208,3 +226,19 @@ class HistoryScope:
         frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
         return _after(frame, moment, exists)
+
+
+class TurnScope:
+    """Frames that may be anywhere in a script, side by side: only what is seen in them."""
+
+    t = None
+
+    def __init__(self, world: World, params: Any, before: Array, action: Array, state: Array):
+        self.world, self.tables, self.params = world, world.tables, params
+        self.before, self.action, self.state = before, action, state
+        self.xp = state.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        nothing = self.xp.zeros(())
+        seen = (self.state, *(nothing,) * 5)
+        return View(nothing, self.state, Frame(nothing, self.before, self.action, *seen))

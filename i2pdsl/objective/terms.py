@@ -11,6 +11,7 @@ from i2pdsl.objective.film import costs, film_of, weighed
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate
+from i2pdsl.objective.requirements import violations
 from i2pdsl.worlds.world import World
 
 
@@ -31,8 +32,9 @@ def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
 
 
 def story_objective(story: TypedStory, world: World) -> Objective:
-    """The compiled objective of a story, automatic terms included."""
-    return compile_objective(world, story.length, all_terms(story), story.weights)
+    """The compiled objective of a story, automatic terms and broken requirements included."""
+    terms = all_terms(story) + violations(story, world)
+    return compile_objective(world, story.length, terms, story.weights)
 
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:

@@ -101,6 +101,9 @@ class World(Protocol):
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""
 
+    def endings(self, tables: Tables, state: Array) -> Array:
+        """The states after each of them, [..., K], without beliefs."""
+
     @property
     def turn_count(self) -> int:
         """K, how many joint turns there are. Actions from K on are events."""
@@ -235,6 +238,9 @@ class ContinuousWorld:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
+
+    def endings(self, tables: Tables, state: Array) -> NoReturn:
         raise NotImplementedError("actions cannot be listed")
 
     def branch_actions(self, who: int) -> NoReturn:

@@ -24,6 +24,7 @@ from i2pdsl.worlds.grid.planning import (
     problem_keys,
     problem_of,
 )
+from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
@@ -91,6 +92,9 @@ class GridWorld:
     def turns(self, tables: model.Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
 
+    def endings(self, tables: model.Tables, state: Array) -> Array:
+        return model.endings(tables, self.moves, state)
+
     def branch_actions(self, who: int) -> tuple[int, ...]:
         return tuple(action for action, _ in self.moves.outcomes(who))
 
@@ -137,10 +141,24 @@ class GridWorld:
         return model.feature(tables, self.moves, name, arguments, state, before, action)
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The checker's arguments in the model's numbers: cells instead of (column, row)."""
-        return tuple(
+        """The checker's arguments in the model's numbers: cells instead of (column, row), and
+        what is known of pairs of cells (of each cell and the nearest of a place)."""
+        found = tuple(
             tuple(self.cell_number[c] for c in a) if isinstance(a, tuple) else a for a in arguments
         )
+        if name not in ("sees", "distance"):
+            return found
+        table = self._pairs[name]
+        first, other = found
+        if isinstance(other, int):
+            return first, other, table.reshape(-1)
+        cells = table[:, list(other)]
+        return first, None, cells.any(1) if name == "sees" else cells.min(1)
+
+    @cached_property
+    def _pairs(self) -> dict[str, np.ndarray]:
+        where = self.dynamics.coordinates
+        return {"sees": in_sight(where), "distance": walking(where)}
 
     def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
