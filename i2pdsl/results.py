@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.objective.panel import Judgement, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
-from i2pdsl.search.task import Found, Task
+from i2pdsl.search.candidates import SHORTLIST, faults, select_different
+from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
+
+Choice = Literal["panel", "score"]
+"""Who puts candidates in their order: viewers whom they were not made for, or the objective."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +28,13 @@ class Result(Shown):
 
     Attributes:
         candidates: scripts that differ visibly, best first.
+        judgements: what the panel makes of each (objective/panel.py).
         finished: false where the search was interrupted.
         seconds: time of each stage: plan, compile, search.
     """
 
     candidates: tuple[Script, ...]
+    judgements: tuple[Judgement, ...]
     finished: bool
     seconds: dict[str, float]
 
@@ -41,6 +50,33 @@ class Result(Shown):
 
     def __repr__(self) -> str:
         return f"<Result: {len(self.candidates)} found, the best {self.script!r}>"
+
+
+def chosen(
+    task: Task, search: Search, seed: int, count: int, choose: Choice
+) -> tuple[list[Script], list[Judgement], bool]:
+    """The best scripts that a search finds, `count` of them or all that it offers; what the panel
+    makes of each; and whether it came to its end. Raises StoryError, KeyboardInterrupt.
+
+    The panel chooses among the best SHORTLIST that differ visibly. Those that are no films come
+    last (search/candidates.py).
+    """
+    by_panel = choose == "panel"
+    wanted = max(count, SHORTLIST) if by_panel else count
+    found = search.solve(task, seed, wanted)
+    began = time.perf_counter()
+    scripts = ranked(task, found, seed)
+    if not search.offers_all:
+        paths = [script.trajectory.states for script in scripts]
+        scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
+    members = panel(task.story, task.world)
+    judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
+    if by_panel:
+        lacks = lambda script: faults(task.world, script.trajectory.states)
+        judged.sort(key=lambda each: (lacks(each[0]), -each[1].mean, -each[1].worst))
+    kept = judged if search.offers_all else judged[:count]
+    task.watch.add("search", began)
+    return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
 
 
 def ranked(task: Task, found: Found, seed: int) -> list[Script]:

@@ -77,6 +77,12 @@ class Script(Shown):
         return self.record.score
 
     @property
+    def still(self) -> float:
+        """The share of frames in which nothing changes that a viewer can see."""
+        states = self.trajectory.states
+        return float(self.world.is_still(self.world.tables, states[:-1], states[1:]).mean())
+
+    @property
     def length(self) -> int:
         """T, the number of frames."""
         return len(self.trajectory.actions)

@@ -24,6 +24,7 @@ from i2pdsl.output import (
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Story
+    from i2pdsl.results import Choice
 
 
 @click.command()
@@ -45,6 +46,12 @@ if TYPE_CHECKING:
 @click.option(
     "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
 )
+@click.option(
+    "--choose",
+    type=click.Choice(["panel", "score"]),
+    default="panel",
+    help="Who puts candidates in order: other viewers than the story's, or its objective.",
+)
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def run(
@@ -55,6 +62,7 @@ def run(
     settings: tuple[tuple[str, str], ...],
     formats: tuple[str, ...],
     candidates: int,
+    choose: Choice,
     naive: bool,
     as_json: bool,
 ) -> int:
@@ -77,7 +85,7 @@ def run(
         for number in chosen:
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
-                result, ended = make(story, number, place, formats, candidates, naive)
+                result, ended = make(story, number, place, formats, candidates, choose, naive)
             except StoryError as problem:
                 show(problem.diagnostics)
                 status = WRONG
@@ -119,6 +127,7 @@ def make(
     folder: Path,
     formats: tuple[str, ...],
     candidates: int,
+    choose: Choice,
     naive: bool,
 ) -> tuple[dict[str, Any], int]:
     """Solves one story and draws it; returns the document of `--json`, and the exit status.
@@ -130,7 +139,7 @@ def make(
     from i2pdsl.progress import Bars
 
     with Bars() as bars:
-        found = story.solve(seed, candidates, naive, bars.watch)
+        found = story.solve(seed, candidates, naive, bars.watch, choose)
     status = DONE if found.finished else INTERRUPTED
     if not found.finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)
@@ -141,10 +150,12 @@ def make(
         click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
     seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
     parts: list[dict[str, Any]] = []
-    for number, script in enumerate(chosen, 1):
+    for number, (script, judgement) in enumerate(zip(chosen, found.judgements, strict=False), 1):
         place = folder if number == 1 else folder / f"candidate-{number}"
-        path = script.save(place / "script.json")
-        parts.append({"score": script.score, "script": str(path), "files": {}})
+        path = str(script.save(place / "script.json"))
+        panel = {"mean": judgement.mean, "worst": judgement.worst}
+        told = {"score": script.score, "script": path, "panel": panel, "still": script.still}
+        parts.append({**told, "files": {}})
     began = time.perf_counter()
     try:
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
@@ -158,18 +169,19 @@ def make(
     document: dict[str, Any] = {
         "story": story.typed.name,
         "seed": seed,
-        **parts[0],
+        **{name: parts[0][name] for name in ("score", "script", "still", "files")},
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        "candidates": parts,
     }
-    if candidates > 1:
-        document["candidates"] = parts
     return document, status
 
 
 def report(result: dict[str, Any]) -> None:
     """A result for people: where everything is."""
-    for part in result.get("candidates", [result]):
+    for part in result["candidates"]:
         score = "unknown" if part["score"] is None else f"{part['score']:.6g}"
-        output(f"{result['story']} (seed {result['seed']}): score {score}")
+        mean, worst = part["panel"]["mean"], part["panel"]["worst"]
+        told = f"panel {mean:.6g} (worst {worst:.6g}), still {100 * part['still']:.0f} %"
+        output(f"{result['story']} (seed {result['seed']}): score {score}, {told}")
         for path in (part["script"], *part["files"].values()):
             output(f"  {path}")

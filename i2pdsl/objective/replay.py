@@ -15,16 +15,22 @@ from i2pdsl.worlds.world import World
 History = tuple[Frame, np.ndarray]
 
 
-def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
+def replay(
+    world: World,
+    states: np.ndarray,
+    actions: np.ndarray,
+    rows: tuple[np.ndarray, ...] | None = None,
+) -> Frame:
     """All frames of a script along the first axis, frame 0 being the start.
 
     Args:
         states: [T + 1, ...], actions: [T, ...], as the world has them; T may be 0.
+        rows: the world's `log_rows` of them, if they are known already.
     """
     tables = world.tables
-    if len(actions):
+    if rows is None and len(actions):
         rows = world.log_rows(tables, states[:-1], actions, states[1:])
-    else:  # nothing has happened yet, but what is observed has its shape
+    elif rows is None:  # nothing has happened yet, but what is observed has its shape
         still = world.log_rows(tables, states, world.no_action(states), states)
         rows = tuple(row[:0] for row in still)
     seen = world.is_observed(actions)

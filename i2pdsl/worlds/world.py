@@ -63,6 +63,10 @@ class World(Protocol):
         """The axes of an action: () where actions are numbers."""
 
     @property
+    def rows_are_scaled(self) -> bool:
+        """Whether `log_rows` are so many times as large as viewers expect choices to be sharp."""
+
+    @property
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
@@ -135,6 +139,9 @@ class World(Protocol):
         """log P(what is observed | H) for each observation of the frame, [..., O, H] each: of
         each character's action in a grid, of the state `after` it where bodies move."""
 
+    def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
+        """Whether nothing that a viewer can see has changed, [...]."""
+
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
 
@@ -154,6 +161,11 @@ class World(Protocol):
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
+
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> World:
+        """The world before other viewers, without planning anew: to whom all characters seem to
+        prefer their best actions `sharpness` times as much as to the viewers that it has, and
+        with [O] and [O, H] of their own."""
 
 
 def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
@@ -188,6 +200,7 @@ class ContinuousWorld:
     spec: Any
     tables: Any
     weak_chances: tuple[float, ...] = ()
+    rows_are_scaled = False
     turn_count = event_slots = 0
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -108,6 +108,9 @@ class GridWorld:
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
 
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return state == after
+
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
 
@@ -151,7 +154,15 @@ class GridWorld:
             )
         return zero + code, zero == 0
 
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
+        """Values stay as they are: beta changes what is made of them, not what the modelled one
+        is expected to do."""
+        sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
+        told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
+
     action_shape = ()
+    rows_are_scaled = False
 
     @property
     def turn_count(self) -> int:
