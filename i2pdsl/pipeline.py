@@ -13,10 +13,12 @@ from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import read_source
+from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result, chosen
 from i2pdsl.scripts import Answer, Script, script_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
+from i2pdsl.search.wishes import wishes_of
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.find import find_spec, find_vocabulary, world_warnings
 from i2pdsl.worlds.kind import Spec, Watch
@@ -135,6 +137,23 @@ class Story(Shown):
         task, search = self.task(watch), search_of(self.typed, naive)
         scripts, judgements, finished = chosen(task, search, seed, candidates, choose)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
+
+    def wishes(
+        self, script: Script, seed: int = 0, naive: bool = False, watch: Watch | None = None
+    ) -> tuple[tuple[Wish, ...], bool]:
+        """What a script of this story reaches of each `maximize` and `minimize`, what the best
+        script for that wish alone reaches, and which frames hurt it; and whether nobody
+        interrupted. It takes about as long as `solve`.
+
+        Raises StoryError as `solve` does, and KeyboardInterrupt.
+        """
+        looks = not naive and self.typed.search.method != "naive"
+        search = search_of(self.typed) if looks else None
+        return wishes_of(self.task(watch), search, script.frames, seed)
+
+    def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
+        """Warnings about what viewers are brought to believe by a script of this story."""
+        return doubts(self.typed, script.world, script.frames)
 
     def __repr__(self) -> str:
         told = self.typed

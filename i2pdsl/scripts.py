@@ -32,6 +32,7 @@ from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -59,6 +60,7 @@ class Script(Shown):
         warnings: of its file, where that could not be taken quite as it is.
         appended: the turns that its story appends to it (a flashback's last picture).
         windows: the stretches of frames that its story treats otherwise than the rest.
+        wishes: what it reaches of each, if somebody looked (search/wishes.py).
     """
 
     record: Record
@@ -70,6 +72,7 @@ class Script(Shown):
     warnings: tuple[Diagnostic, ...] = ()
     appended: tuple[ty.Turn, ...] = ()
     windows: tuple[tuple[int, int, str], ...] = ()
+    wishes: tuple[Wish, ...] = ()
 
     @property
     def score(self) -> float | None:

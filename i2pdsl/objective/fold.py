@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +36,7 @@ class Objective:
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
         suffix_turns: the appended turns that it scores.
+        weights: where the weights of all terms stand in `params.numbers`, the writer's first.
     """
 
     init: Callable[..., Any]
@@ -45,6 +46,13 @@ class Objective:
     shape: str
     keeps_history: bool
     suffix_turns: tuple[ty.Turn, ...]
+    weights: tuple[int, ...]
+
+    def alone(self, number: int) -> Objective:
+        """One of its terms without the others; it has the same compiled program."""
+        numbers = self.params.numbers.copy()
+        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        return replace(self, params=self.params._replace(numbers=numbers))
 
 
 def compile_objective(
@@ -84,6 +92,7 @@ def compile_objective(
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
+        weights=(*weights, plausible),
     )
 
 
