@@ -31,7 +31,9 @@ class HillPictures(PerformancePictures[Performance]):
     def save_page(self, path: Path) -> Path:
         from i2pdsl.render.hill.page import save_page
 
-        return save_page(path, self.performances, self.panels, self.title, self.windows)
+        return save_page(
+            path, self.performances, self.panels, self.title, self.windows, self.wishes
+        )
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.hill.film import save_gif, save_mp4
