@@ -13,7 +13,7 @@ from i2pdsl.objective.panel import Judgement, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
-from i2pdsl.search.candidates import SHORTLIST, faults, select_different
+from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
 from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
@@ -58,8 +58,9 @@ def chosen(
     """The best scripts that a search finds, `count` of them or all that it offers; what the panel
     makes of each; and whether it came to its end. Raises StoryError, KeyboardInterrupt.
 
-    The panel chooses among the best SHORTLIST that differ visibly. Those that are no films come
-    last (search/candidates.py).
+    The panel helps to choose among the best SHORTLIST that differ visibly: half of the votes are
+    the story's own audience's, half the panel's (docs/stories.md has both). Those that are no films
+    (search/candidates.py), or that the story's audience finds much worse than the best, come last.
     """
     by_panel = choose == "panel"
     wanted = max(count, SHORTLIST) if by_panel else count
@@ -72,11 +73,26 @@ def chosen(
     members = panel(task.story, task.world)
     judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
     if by_panel:
-        lacks = lambda script: faults(task.world, script.trajectory.states)
-        judged.sort(key=lambda each: (lacks(each[0]), -each[1].mean, -each[1].worst))
+        best = max(_worth(script) for script in scripts)
+        judged.sort(key=lambda each: _place(task, best, *each))
     kept = judged if search.offers_all else judged[:count]
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
+
+
+def _place(
+    task: Task, best: float, script: Script, judgement: Judgement
+) -> tuple[int, float, float]:
+    """Where a script stands among the candidates, of which the best has a score of `best`."""
+    score = _worth(script)
+    lacks = faults(task.world, script.trajectory.states)
+    lacks += int(score < best - TOLERANCE * abs(best))
+    return lacks, -(score + judgement.mean), -judgement.worst
+
+
+def _worth(script: Script) -> float:
+    """The score; minus infinity where it is not a number."""
+    return -np.inf if script.score is None or np.isnan(script.score) else script.score
 
 
 def ranked(task: Task, found: Found, seed: int) -> list[Script]:
@@ -93,8 +109,7 @@ def ranked(task: Task, found: Found, seed: int) -> list[Script]:
     if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
         message = "the objective has no finite value for any script that was found"
         raise error("objective", message, whole, "look for a logarithm of 0 or a division by 0")
-    worth = lambda s: -np.inf if s.score is None or np.isnan(s.score) else s.score
-    return sorted(scripts, key=lambda s: -worth(s))
+    return sorted(scripts, key=lambda s: -_worth(s))
 
 
 def _scored(task: Task, path: Trajectory, seed: int) -> Script:

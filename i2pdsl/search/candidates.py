@@ -9,6 +9,7 @@ from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.world import World
 
 SHORTLIST = 16  # of the best scripts, of which the panel chooses
+TOLERANCE = 0.05  # of the best score: what lies further below it is much worse
 QUIET = 0.5  # a script that is still in more than this share of its frames is no film
 
 

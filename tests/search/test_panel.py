@@ -13,7 +13,7 @@ from i2pdsl.objective.panel import DOUBT, MEMBERS, SHARPER, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story, story_from
-from i2pdsl.search.candidates import faults
+from i2pdsl.search.candidates import TOLERANCE, faults
 from i2pdsl.worlds.ready import ready_world
 from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import SMALL_MAP, kitchen_text
@@ -109,10 +109,14 @@ def test_scaled_rows_are_rows_of_other_viewers() -> None:
 
 def test_the_panel_puts_candidates_in_its_order(told: Story) -> None:
     found = told.solve(seed=0, candidates=3)
-    order = [
-        (faults(s.world, s.trajectory.states), -j.mean)
-        for s, j in zip(found.candidates, found.judgements, strict=True)
-    ]
+    best = told.solve(seed=0, choose="score").score
+    order = []
+    for script, judgement in zip(found.candidates, found.judgements, strict=True):
+        score = script.score or 0
+        far = score < best - TOLERANCE * abs(best)
+        order.append(
+            (faults(script.world, script.trajectory.states) + far, -score - judgement.mean)
+        )
     assert order == sorted(order)
     again = told.solve(seed=0, candidates=3)
     assert [s.record for s in again.candidates] == [s.record for s in found.candidates]
