@@ -35,6 +35,7 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import unmet
 from i2pdsl.objective.subjects import Subject, subjects_of
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -64,6 +65,7 @@ class Script(Shown):
         windows: the stretches of frames that its story treats otherwise than the rest.
         unmet: the requirements of its story that it does not meet.
         subjects: the beliefs that its story speaks of.
+        wishes: what it reaches of each, if somebody looked (search/wishes.py).
     """
 
     record: Record
@@ -77,11 +79,18 @@ class Script(Shown):
     windows: tuple[tuple[int, int, str], ...] = ()
     unmet: tuple[Requirement, ...] = ()
     subjects: tuple[Subject, ...] = ()
+    wishes: tuple[Wish, ...] = ()
 
     @property
     def score(self) -> float | None:
         """The objective that was reached, as the file has it."""
         return self.record.score
+
+    @property
+    def still(self) -> float:
+        """The share of frames in which nothing changes that a viewer can see."""
+        states = self.trajectory.states
+        return float(self.world.is_still(self.world.tables, states[:-1], states[1:]).mean())
 
     @property
     def length(self) -> int:

@@ -84,7 +84,7 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     """By place, those of the file itself first; without repetitions."""
     unique: dict[object, Diagnostic] = {}
     for d in problems:
-        # A mistake inside a pattern is one wherever the pattern is used, and so is one in an argument
+        # A mistake in a pattern is one wherever the pattern is used, and so is one in an argument
         # wherever the pattern puts it in.
         what = None if d.notes else (d.code, d.message)
         unique.setdefault((d.span.source.name, d.span, what), d)

@@ -103,10 +103,18 @@ class TypedStory:
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
         """What is wrong with a world or a search, said at the story's statement."""
-        program, _ = parse_tolerantly(self.source)
-        spans = [statement.span for statement in program.of(kind)]
-        span = spans[0] if spans else whole_file(self.source.name)
+        span = self.place(kind)
         return StoryError([replace(d, span=span) for d in problem.diagnostics])
+
+    def spans(self, *kinds: type[ast.Node]) -> list[Span]:
+        """Where all statements of some kinds stand."""
+        program, _ = parse_tolerantly(self.source)
+        return [statement.span for kind in kinds for statement in program.of(kind)]
+
+    def place(self, *kinds: type[ast.Node]) -> Span:
+        """Where something about the first such statement is said."""
+        spans = self.spans(*kinds)
+        return spans[0] if spans else whole_file(self.source.name)
 
     @property
     def everyone_rational(self) -> ty.Mask:

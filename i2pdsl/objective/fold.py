@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ class Objective:
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
         suffix_turns: the appended turns that it scores.
+        weights: where the weights of all terms stand in `params.numbers`, the writer's first.
     """
 
     init: Callable[..., Any]
@@ -50,6 +51,13 @@ class Objective:
     shape: str
     keeps_history: bool
     suffix_turns: tuple[ty.Turn, ...]
+    weights: tuple[int, ...]
+
+    def alone(self, number: int) -> Objective:
+        """One of its terms without the others; it has the same compiled program."""
+        numbers = self.params.numbers.copy()
+        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        return replace(self, params=self.params._replace(numbers=numbers))
 
 
 def compile_objective(
@@ -87,6 +95,7 @@ def compile_objective(
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
+        weights=(*places, *(seen.places if seen is not None else ())),
     )
 
 
@@ -186,11 +195,15 @@ class _Seen:
     first: int
     weak: int
 
+    @property
+    def places(self) -> range:
+        return range(self.first, self.first + len(Weights._fields))
+
     def weights(self, params: Params) -> Weights:
-        return Weights(*params.numbers[self.first : self.first + len(Weights._fields)])
+        return Weights(*(params.numbers[place] for place in self.places))
 
     def chances(self, params: Params) -> Array:
-        first = self.first + len(Weights._fields)
+        first = self.places.stop
         return params.numbers[first : first + self.weak]
 
 

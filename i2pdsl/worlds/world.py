@@ -63,6 +63,10 @@ class World(Protocol):
         """The axes of an action: () where actions are numbers."""
 
     @property
+    def rows_are_scaled(self) -> bool:
+        """Whether `log_rows` are so many times as large as viewers expect choices to be sharp."""
+
+    @property
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
@@ -167,6 +171,11 @@ class World(Protocol):
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
 
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> World:
+        """The world before other viewers, without planning anew: to whom all characters seem to
+        prefer their best actions `sharpness` times as much as to the viewers that it has, and
+        with [O] and [O, H] of their own."""
+
 
 def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
     """log P(H) of each viewer before anything moved, [O, H], of `count` hypotheses: uniform where
@@ -200,6 +209,7 @@ class ContinuousWorld:
     spec: Any
     tables: Any
     weak_chances: tuple[float, ...] = ()
+    rows_are_scaled = False
     turn_count = event_slots = 0
 
     @property

@@ -159,6 +159,7 @@ class GridPictures(PictureFiles):
             self.title,
             self.script.record.text,
             marks=self.marks,
+            wishes=self.wishes,
         )
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:

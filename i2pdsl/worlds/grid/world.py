@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -177,7 +177,15 @@ class GridWorld:
             )
         return zero + code, zero == 0
 
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
+        """Values stay as they are: beta changes what is made of them, not what the modelled one
+        is expected to do."""
+        sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
+        told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
+
     action_shape = ()
+    rows_are_scaled = False
 
     @property
     def turn_count(self) -> int:

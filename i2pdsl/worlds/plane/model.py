@@ -502,6 +502,13 @@ def _left(a: Array, b: Array) -> Array:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
+def is_still(after: Array) -> Array:
+    """Whether nobody has moved so far that it is seen, [...]."""
+    moved = after[..., after.shape[-1] // 2 :]
+    moved = moved.reshape(*moved.shape[:-1], -1, 2)
+    return (moved**2).sum(-1).max(-1) < MOVED**2
+
+
 def feature(
     tables: Tables,
     name: str,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
@@ -23,9 +23,6 @@ from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
 Array = Any
 
 DIRECTIONS, SPEEDS = 16, 3  # of the viewers' quadrature
-
-
-STILL = 0.02  # of a radius a frame
 
 
 @dataclass(frozen=True)
@@ -66,10 +63,6 @@ class PlaneWorld(ContinuousWorld):
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.cast, state, action, after)
 
-    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
-        places = abs(after - state)[..., : 2 * self.cast.count]
-        return places.max(-1) < STILL * tables.radius.min()
-
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, self.cast, who, state)
 
@@ -89,6 +82,14 @@ class PlaneWorld(ContinuousWorld):
         return tuple(
             tuple(number for number, _ in a) if isinstance(a, tuple) else a for a in arguments
         )
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return model.is_still(after)
+
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
+        beta = sharpness * self.tables.beta
+        told = {"beta": beta, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
 
     # Beginnings.
 
