@@ -19,6 +19,7 @@ from i2pdsl.objective.terms import story_objective
 from i2pdsl.pipeline import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from plane_for_tests import DESK, build_plane, wandered
+from stories_for_tests import BARE
 from worlds_for_tests import planned, small_kitchen, trajectory
 
 CORRIDOR = """
@@ -44,8 +45,8 @@ def world() -> GridWorld:
     return planned(CORRIDOR, "corridor")
 
 
-def story(*lines: str, length: int = FRAMES, rationality: int = 0) -> TypedStory:
-    head = (f"world corridor\nlength {length}\nrationality {rationality}", *lines)
+def story(*lines: str, length: int = FRAMES, weights: str = BARE) -> TypedStory:
+    head = (f"world corridor\nlength {length}\n{weights}", *lines)
     checked = check_source(Source("s.story", "\n".join(head)), lambda *_: world().vocabulary)
     assert not isinstance(checked, Library)
     return checked
@@ -245,7 +246,7 @@ def test_the_search_meets_what_it_can_and_says_what_it_cannot() -> None:
         "require [at(one, right) @ script[T]]",
         "require when [at(one, right)] <= 0",
         length=5,
-        rationality=1,
+        weights="",
     )
     result = Story(typed, known=world().spec).solve(candidates=3)
     for script in result.candidates:
