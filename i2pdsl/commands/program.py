@@ -27,6 +27,7 @@ COMMANDS = (
     "check",
     "fmt",
     "query",
+    "explain",
     "repl",
     "worlds",
     "patterns",

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.files import PictureFiles
+from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
 
 
@@ -29,6 +30,15 @@ class Drawing(ABC):
     @abstractmethod
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
         """Where everybody is, for a terminal."""
+
+    @abstractmethod
+    def sentence(self, spec: Any) -> Sentence:
+        """What says an event about a world in words."""
+
+    def deeds(self, script: Script) -> list[dict[str, str]]:
+        """For each of the frames 1..T what everybody does in it, in words; nothing where bodies
+        move."""
+        return [{} for _ in range(script.length)]
 
 
 def one_by_one(scripts: Sequence[Script]) -> StoryError:

@@ -38,6 +38,11 @@ def stage_of(spec: GridSpec) -> Stage:
     return Stage(spec.name, spec.rows, tiles, _told_apart(cast), spec.floor, spec.wall)
 
 
+def beliefs_of(spec: GridSpec) -> Beliefs:
+    """Words and curves of what viewers believe of its cast."""
+    return Beliefs(spec, {NO_GOAL: "wants nothing"})
+
+
 def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
     """The cast in colours that tell those of one drawing apart, where the world leaves it open."""
     found: list[Actor] = []
@@ -55,7 +60,7 @@ class GridPictures(PictureFiles):
         self.told = script.length  # later frames are those that the story appends
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
-        self.beliefs = Beliefs(script.world.spec, {NO_GOAL: "wants nothing"})
+        self.beliefs = beliefs_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
         name = title or (script.record.title or script.world.name)
         self.title = printable(name)
