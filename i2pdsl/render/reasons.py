@@ -79,14 +79,21 @@ def _claim(question: Question, sentence: Sentence) -> str:
 
 
 def _effects(reason: Reason, sentence: Sentence, all_of_them: bool) -> list[str]:
-    effects = sorted(reason.effects, key=lambda e: -abs(e.after - e.before))
-    if not all_of_them:
-        effects = [e for e in effects[:1] if abs(e.after - e.before) >= MOVED]
+    """The changes worth telling, greatest first; of two that mirror each other the rise."""
+    effects = [e for e in reason.effects if abs(e.after - e.before) >= MOVED]
+    effects.sort(key=lambda e: (-round(abs(e.after - e.before), 9), e.after < e.before))
+    told: list[Effect] = []
+    for effect in effects:
+        if not any(_mirrors(effect, other) for other in told):
+            told.append(effect)
+    effects = told if all_of_them else told[:1]
     lines = []
     for effect in effects:
         lines.append(f"    {_ratio(effect, sentence)}")
         change = f"{number(effect.before)} -> {number(effect.after)}"
         instead = ""
+        if (effect.after - effect.before) * effect.log_ratio < 0:
+            instead = ", since they forget faster than that tells them"
         if effect.instead is not None and reason.second is not None:
             expected = f"expected with {number(reason.second.expected)}"
             instead = (
@@ -94,6 +101,13 @@ def _effects(reason: Reason, sentence: Sentence, all_of_them: bool) -> list[str]
             )
         lines.append(f"    {_claim(effect.question, sentence)}: {change}{instead}")
     return lines
+
+
+def _mirrors(one: Effect, other: Effect) -> bool:
+    """Whether the event of one is that the other's does not hold."""
+    first, second = one.question, other.question
+    pairs = zip(first.event, second.event, first.given, strict=True)
+    return first.given == second.given and all(a != b for a, b, holds in pairs if holds)
 
 
 def _ratio(effect: Effect, sentence: Sentence) -> str:
@@ -106,7 +120,8 @@ def _ratio(effect: Effect, sentence: Sentence) -> str:
     factor = times(abs(log_ratio))
     if factor < EVEN:
         return f"about as likely if {claim} as {other}"
-    likelier = f"{factor:.4g} times likelier" if factor < 1e6 else "over a million times likelier"
+    likelier = f"{factor:.4g}" if factor < 1000 else f"{factor:,.0f}"
+    likelier = f"{likelier} times likelier" if factor < 1e6 else "over a million times likelier"
     if log_ratio > 0:
         return f"{likelier} if {claim} than {other}"
     return f"{likelier} {other} than if {claim}"
@@ -126,6 +141,5 @@ def _legend(enumerable: bool) -> list[str]:
         return [f"{likelier}; `had it been`: of the other actions the one that they expected most"]
     return [
         likelier,
-        "bodies move on and on, so there is no list of what else could have been done: "
-        "no second-best action is given",
+        "no second-best action is told: what moving bodies might have done cannot be listed",
     ]
