@@ -33,7 +33,7 @@ def draw(
     from i2pdsl.render.video import FilmError
 
     pictures = pictures_of(scripts, title)
-    with Bars() as bars, noting(_warn):
+    with Bars() as bars, noting(warn):
         try:
             for name, path in pictures.drawn(folder, formats, bars.drawing):
                 files[name] = str(path)
@@ -47,5 +47,6 @@ def draw(
     return DONE
 
 
-def _warn(message: str, hint: str) -> None:
+def warn(message: str, hint: str) -> None:
+    """Says what is odd about letters in pictures."""
     show([Diagnostic("font", message, whole_file("pictures"), hint, severity="warning")])

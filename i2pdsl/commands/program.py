@@ -24,6 +24,7 @@ from i2pdsl.output import (
 COMMANDS = (
     "run",
     "render",
+    "sheet",
     "check",
     "fmt",
     "query",

@@ -27,6 +27,10 @@ class Drawing(ABC):
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PictureFiles:
         """What draws one script, or several side by side. Raises StoryError."""
 
+    def sheet(self, scripts: Sequence[Script], title: str) -> PictureFiles:
+        """What draws candidates of one story side by side: its comic and its page."""
+        return self.pictures(scripts, title)
+
     @abstractmethod
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
         """Where everybody is, for a terminal."""

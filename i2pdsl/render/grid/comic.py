@@ -37,10 +37,12 @@ def comic_svg(
     captions: Sequence[str] | None = None,
     title: str = "",
     columns: int | None = None,
+    explained: bool = True,
 ) -> str:
     """A comic strip of the given frames (0 is the start) as an SVG document, in pixels.
 
-    `captions` has a line for each of `frames`, written below its panel.
+    `captions` has a line for each of `frames`, written below its panel. How to read it, and who is
+    who, stands below them if it is `explained`.
     """
     if captions is not None and len(captions) != len(frames):
         raise ValueError(f"{len(frames)} frames, but {len(captions)} captions")
@@ -75,9 +77,11 @@ def comic_svg(
     heading = ""
     if title:
         heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
-    legend = _legend(width, bottom)
-    cast, room = _cast_legend(stage, width, bottom + TEXT)
-    height += room
+    legend, cast = "", ""
+    if explained:
+        legend = _legend(width, bottom)
+        cast, room = _cast_legend(stage, width, bottom + TEXT)
+        height += room
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}" '
         f'viewBox="0 0 {width:g} {height:g}"><rect width="100%" height="100%" fill="#fff"/>'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing, one_by_one
@@ -13,12 +13,20 @@ from i2pdsl.render.grid.stage import break_down, describe
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.grid.world import GridWorld
 
+if TYPE_CHECKING:
+    from i2pdsl.render.grid.sheet import GridSheet
+
 
 class GridDrawing(Drawing):
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> GridPictures:
         if len(scripts) > 1:
             raise one_by_one(scripts)
         return GridPictures(scripts[0], title)
+
+    def sheet(self, scripts: Sequence[Script], title: str) -> GridSheet:
+        from i2pdsl.render.grid.sheet import GridSheet
+
+        return GridSheet(scripts, title)
 
     def in_characters(self, world: GridWorld, state: int, ink: Ink) -> str:
         from i2pdsl.render.grid.characters import map_in_characters
