@@ -162,10 +162,8 @@ def windows(length: int) -> list[tuple[int, int]]:
     return [(int(a) + 1, int(b)) for a, b in pairwise(ends)]
 
 
-def as_story(words: Vocabulary, found: Claims | None) -> str | None:
-    """Claims as the language has them, such as `rho > 0 and G_cheese = pink`; None for none."""
-    if not found:
-        return None
+def as_story(words: Vocabulary, found: Claims) -> str:
+    """Claims as the language has them, such as `rho > 0 and G_cheese = pink`."""
     parts = [_as_story(words, latent, values) for latent, values in found.items()]
     return " and ".join(f"({p})" if " or " in p and len(parts) > 1 else p for p in parts)
 
@@ -308,8 +306,8 @@ def document(script: Script, frame: int | None = None) -> dict[str, Any]:
     return {
         "questions": [
             {
-                "event": as_story(words, question.claims),
-                "given": as_story(words, question.condition),
+                "event": _told(words, question.claims),
+                "given": _told(words, question.condition),
                 "course": course(script, question).tolist(),
             }
             for question in questions
@@ -339,8 +337,8 @@ def _as_json(words: Vocabulary, reason: Reason) -> dict[str, Any]:
 
 def _effect_as_json(words: Vocabulary, effect: Effect) -> dict[str, Any]:
     return {
-        "event": as_story(words, effect.question.claims),
-        "given": as_story(words, effect.question.condition),
+        "event": _told(words, effect.question.claims),
+        "given": _told(words, effect.question.condition),
         "before": effect.before,
         "after": effect.after,
         "log_ratio": effect.log_ratio,
@@ -356,6 +354,10 @@ def _effect_as_json(words: Vocabulary, effect: Effect) -> dict[str, Any]:
         ],
         "instead": effect.instead,
     }
+
+
+def _told(words: Vocabulary, found: Claims | None) -> str | None:
+    return as_story(words, found) if found else None
 
 
 def times(log_ratio: float) -> float:

@@ -55,8 +55,8 @@ def asked(pair: Pair) -> Script:
 
 def test_questions_are_what_the_story_asks_in_its_own_language(asked: Script) -> None:
     words, found = asked.world.vocabulary, questions_of(asked)
-    told = [(as_story(words, q.claims), as_story(words, q.condition)) for q in found]
-    assert told == [("rho > 0", "G_cheese = pink"), ("G_cheese = green", None)]
+    told = [(as_story(words, q.claims or {}), as_story(words, q.condition or {})) for q in found]
+    assert told == [("rho > 0", "G_cheese = pink"), ("G_cheese = green", "")]
     for question, (event, given) in zip(found, told, strict=True):
         behind = f", {given}" if given else ""
         expected = asked.query(f"P({event} | script[:t]{behind})")

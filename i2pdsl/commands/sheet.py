@@ -82,7 +82,8 @@ def sheet(
 def label(number: int, script: Script, judgement: Judgement) -> str:
     """A candidate's number, its score, and what the panel makes of it."""
     score = "unknown" if script.score is None else f"{script.score:.4g}"
-    return f"{number}: {score} (panel {judgement.mean:.4g}, worst {judgement.worst:.4g})"
+    panel = f"panel {judgement.mean:.4g} (worst {judgement.worst:.4g})"
+    return f"{number}: score {score}, {panel}"
 
 
 def _labelled(script: Script, name: str) -> Script:

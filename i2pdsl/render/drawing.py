@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.explain import as_story
+from i2pdsl.objective.subjects import Claims
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.files import PictureFiles
 from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.kinds import kind_of
 
 
 class Drawing(ABC):
@@ -35,9 +38,15 @@ class Drawing(ABC):
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
         """Where everybody is, for a terminal."""
 
-    @abstractmethod
     def sentence(self, spec: Any) -> Sentence:
-        """What says an event about a world in words."""
+        """What says an event about a world in words; here as the language writes it."""
+        words = kind_of(spec).vocabulary(spec)
+
+        def said(event: Claims, condition: Claims) -> tuple[str, str]:
+            told = " if ".join(as_story(words, found) for found in (event, condition) if found)
+            return told, told
+
+        return said
 
     def deeds(self, script: Script) -> list[dict[str, str]]:
         """For each of the frames 1..T what everybody does in it, in words; nothing where bodies

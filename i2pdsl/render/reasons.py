@@ -44,7 +44,7 @@ def reasons_in_words(script: Script, frame: int | None = None) -> str:
             lines += ["", span]
         told, deed = reason.first, deeds[reason.first - 1]
         if reason.who is None and words.enumerable:
-            seen = ", ".join(deed.values())
+            seen = ", ".join(deed.values()) or "an event"
             lines.append(f"  {seen}: nobody's deed, from which viewers learn nothing")
             continue
         effects = _effects(reason, sentence, frame is not None)
@@ -64,9 +64,9 @@ def short(p: float) -> str:
 
 def _asked(script: Script, question: Question, sentence: Sentence) -> str:
     believed = course(script, question)
-    text = as_story(script.world.vocabulary, question.claims)
-    condition = as_story(script.world.vocabulary, question.condition)
-    formal = f" [{text}{f' | {condition}' if condition else ''}]" if text else ""
+    words = script.world.vocabulary
+    parts = [as_story(words, found) for found in (question.claims, question.condition) if found]
+    formal = f" [{' | '.join(parts)}]" if question.claims else ""
     ends = f"{number(believed[0])} -> {number(believed[-1])}"
     return f"  {_claim(question, sentence)}{formal}: {ends}"
 

@@ -51,11 +51,11 @@ class GridSheet(PictureFiles):
     def panels(self) -> tuple[Panel, ...]:
         """The curves that they have in common, compared; first what the story is about."""
         told = []
-        for each in self.each:
+        for number, each in enumerate(self.each, 1):
             leading = each.focus.leading
             first = [p for p in each.panels if leading is not None and p.title == leading.title]
             panels = first + [p for p in each.panels if p not in first]
-            told.append(Told(each.title, each.script.length, panels, leading))
+            told.append(Told(f"candidate {number}", each.script.length, panels, leading))
         return compared(told)
 
     def comic(self) -> str:
@@ -113,8 +113,7 @@ class GridSheet(PictureFiles):
         each = self.each[number]
         symbols = stage_symbols(each.stage, self._poses()) if number == 0 else ""
         drawn = stage_svg(each.stage, each.film, each.title, f"-{number}", symbols)
-        name = f'<div class="signs"><span class="name">{plain(each.title)}</span></div>'
-        return f'<div class="show">\n{drawn}\n{name}</div>'
+        return f'<div class="show"><p class="label">{plain(each.title)}</p>\n{drawn}</div>'
 
     def _poses(self) -> dict[str, tuple[str, ...]]:
         """The poses that each actor takes in any of the films."""
@@ -127,7 +126,8 @@ class GridSheet(PictureFiles):
     def _caption(self, t: int) -> str:
         """What is believed after a frame of each."""
         return "; ".join(
-            f"{each.title}: {each.captions([min(t, each.script.length)])[0]}" for each in self.each
+            f"{number}: {each.captions([min(t, each.script.length)])[0]}"
+            for number, each in enumerate(self.each, 1)
         )
 
 
