@@ -95,7 +95,7 @@ def _effects(reason: Reason, sentence: Sentence, all_of_them: bool) -> list[str]
         if (effect.after - effect.before) * effect.log_ratio < 0:
             instead = ", since they forget faster than that tells them"
         if effect.instead is not None and reason.second is not None:
-            expected = f"expected with {number(reason.second.expected)}"
+            expected = f"expected with {short(reason.second.expected)}"
             instead = (
                 f"; had it been `{reason.second.action}` ({expected}): {number(effect.instead)}"
             )
