@@ -47,8 +47,10 @@ def observe(
     `rows` are the log-likelihoods of the observed actions, if they are known already.
     """
     xp = belief.__array_namespace__()
-    after = world.transition(tables, state, action)
-    rows = rows or world.log_rows(tables, state, action, after)
+    if rows:
+        after = world.transition(tables, state, action)
+    else:
+        after, rows = world.outcome(tables, state, action)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
     for row in rows:

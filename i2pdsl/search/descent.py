@@ -40,6 +40,8 @@ Array = Any
 # compute is computed again on the way back, which takes a third longer.
 REMEMBERED_FRAMES = 20_000
 MOST_FRAMES = 500_000
+# Frames of all seeds, windows and steps below which it takes longer to compile well than it saves.
+BRIEF_FRAMES = 10_000
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,9 @@ def prepare_descent(
     key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
     arguments = (tables, params, knobs, nodes, guess)
-    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say)
+    work = plan.seeds * seen * plan.steps * (1 + max(0, length - window) // stride)
+    brief = work < BRIEF_FRAMES
+    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say, brief)
     return Descent(program, tables, params, knobs, nodes, shape, time.perf_counter() - began)
 
 
@@ -264,7 +268,9 @@ def _improve(
     # The last windows can reach beyond the story's end.
     staying = jnp.minimum(node.number + window.stride, length)
 
-    def frame(carry: Any, change: Array) -> tuple[Any, Array]:
+    Carry = tuple[Node, Frame, Node]
+
+    def frame(carry: Carry, change: Array) -> tuple[Carry, Array]:
         node, last, middle = carry
         damped = damping * node.state + jax.lax.stop_gradient((1 - damping) * node.state)
         seen = node._replace(state=damped)

@@ -135,6 +135,11 @@ class World(Protocol):
         """log P(what is observed | H) for each observation of the frame, [..., O, H] each: of
         each character's action in a grid, of the state `after` it where bodies move."""
 
+    def outcome(
+        self, tables: Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        """`transition`, and `log_rows` of the state that it leads to."""
+
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
 
@@ -203,6 +208,12 @@ class ContinuousWorld:
 
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
+
+    def outcome(
+        self: Any, tables: Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        after = self.transition(tables, state, action)
+        return after, self.log_rows(tables, state, action, after)
 
     def is_observed(self, action: Array) -> Array:
         xp = action.__array_namespace__()

@@ -108,6 +108,12 @@ class GridWorld:
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
 
+    def outcome(
+        self, tables: model.Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        after = self.transition(tables, state, action)
+        return after, self.log_rows(tables, state, action, after)
+
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
 
