@@ -32,6 +32,7 @@ from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -59,6 +60,7 @@ class Script(Shown):
         warnings: of its file, where that could not be taken quite as it is.
         appended: the turns that its story appends to it (a flashback's last picture).
         windows: the stretches of frames that its story treats otherwise than the rest.
+        subjects: the beliefs that its story speaks of.
     """
 
     record: Record
@@ -70,6 +72,7 @@ class Script(Shown):
     warnings: tuple[Diagnostic, ...] = ()
     appended: tuple[ty.Turn, ...] = ()
     windows: tuple[tuple[int, int, str], ...] = ()
+    subjects: tuple[Subject, ...] = ()
 
     @property
     def score(self) -> float | None:
@@ -268,6 +271,7 @@ def script_of(
         frames,
         appended=turns,
         windows=windows,
+        subjects=subjects_of(story),
     )
 
 
@@ -310,7 +314,10 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
     windows = story_windows(story, len(path.actions)) if story else ()
-    return Script(record, world, path, module, assumption, frames, warnings, turns, windows)
+    subjects = subjects_of(story) if story else ()
+    return Script(
+        record, world, path, module, assumption, frames, warnings, turns, windows, subjects
+    )
 
 
 def _stored_world(record: Record, folder: Path | None) -> Spec:

@@ -752,7 +752,7 @@ def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.Mo
     def full(*_: Any, **__: Any) -> None:
         raise RuntimeError("ffmpeg failed: No space\nleft on device")
 
-    monkeypatch.setattr(film, "save_gif", full)
+    monkeypatch.setattr(film, "save_film", full)
     done = i2p("run", "walk.story", "--format", "gif", "--seeds", "0-1", "--json")
     assert done.status == WRONG
     assert done.err == "error: ffmpeg failed: No space left on device\n"

@@ -88,7 +88,7 @@ def _happenings(captions: Sequence[str], performance: Performance) -> list[int]:
     changes = [t for t in range(len(captions)) if t == 0 or captions[t] != captions[t - 1]]
     if len(changes) <= 2 * TOLD:
         return changes
-    return key_frames(performance.frames, performance.windows, TOLD)
+    return key_frames(performance, TOLD)
 
 
 # ------------------------------------------------------------------------------------ the stage
