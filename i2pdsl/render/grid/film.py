@@ -14,6 +14,7 @@ from i2pdsl.render.grid.choreography import Film, Key, sample
 from i2pdsl.render.grid.scene import (
     MARGIN,
     cast_svg,
+    labels_svg,
     life,
     margin,
     scene_size,
@@ -84,8 +85,8 @@ class _Scene:
 
     def __init__(self, stage: Stage, film: Film, cell: int) -> None:
         self.stage, self.film, self.cell = stage, film, cell
-        self.symbols = stage_symbols(stage)
-        document = svg_document(stage, cell, stage_background(stage, cell))
+        self.symbols, self.labels = stage_symbols(stage), labels_svg(stage, cell)
+        document = svg_document(stage, cell, stage_background(stage, cell) + self.labels)
         self.background = np.ascontiguousarray(svg_rgba(document)[..., :3])
         self.picture = self.background.copy()
         self.seen: dict[str, Key] = {}
@@ -105,7 +106,7 @@ class _Scene:
         drawn = svg_rgba(
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{x1 - x0}" height="{y1 - y0}" '
             f'viewBox="{x0 - origin:g} {y0 - origin:g} {x1 - x0} {y1 - y0}">'
-            f"<defs>{self.symbols}</defs>{cast}</svg>"
+            f"<defs>{self.symbols}</defs>{cast}{self.labels}</svg>"
         )
         self.picture[y0:y1, x0:x1] = composite(self.background[y0:y1, x0:x1], drawn)
 

@@ -32,10 +32,21 @@ CONTACT = 2.5  # how much the first time matters that one character pushes the o
 
 def stage_of(spec: GridSpec) -> Stage:
     """A world as the drawing sees it."""
-    tiles = tuple(Tile(t.name, cell, t.color) for t in spec.tiles for cell in t.cells)
-    cast = [Actor(c.name, c.sprite, c.color, "character") for c in spec.characters]
-    cast += [Actor(t.name, t.sprite, t.color, "object") for t in spec.things]
-    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), spec.floor, spec.wall)
+    look, own = spec.look, dict(spec.look.drawings)
+    tiles = tuple(
+        Tile(t.name, cell, t.color, t.sprite, own.get(t.sprite, ""))
+        for t in spec.tiles
+        for cell in t.cells
+    )
+    kinds = (("character", spec.characters), ("object", spec.things))
+    cast = [
+        Actor(c.name, c.sprite, c.color, kind, own.get(c.sprite, ""))
+        for kind, group in kinds
+        for c in group
+    ]
+    walls = look.wall_sprite, own.get(look.wall_sprite, "")
+    surface = spec.floor, spec.wall, look.frame, look.ground
+    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), *surface, *walls)
 
 
 def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
