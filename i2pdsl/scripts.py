@@ -35,9 +35,9 @@ from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
+from i2pdsl.worlds.drawings import within
 from i2pdsl.worlds.find import find_spec, vocabulary_of
 from i2pdsl.worlds.kind import Spec, Watch
-from i2pdsl.worlds.drawings import within
 from i2pdsl.worlds.kinds import kind_of, parse_world
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Record, Trajectory, extended, read_record

@@ -12,8 +12,8 @@ from i2pdsl.editor.surroundings import Surroundings, at_a_glance, surroundings
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.check import check_source
 from i2pdsl.language.format import format_source
-from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.drawings import beside
+from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.kinds import format_world, parse_world
 
 LARGE = 10_000  # characters of a text that is not read while an editor waits

@@ -64,6 +64,34 @@ def builtin_sprite(name: str) -> str:
     return (_FOLDER / f"{name}.svg").read_text(encoding="utf-8")
 
 
+# What tiles are drawn as whose names, or parts of them, say it.
+_TILE_LOOKS = {
+    word: sprite
+    for sprite, words in {
+        "pond": "pond lake water pool well",
+        "nest": "nest hay straw",
+        "door": "door gate exit house home",
+        "hole": "hole burrow den cave pit",
+        "crumbs": "crumbs crumb seed seeds food grain",
+        "dock": "dock quay pier jetty bridge",
+    }.items()
+    for word in words.split()
+}
+
+
+def tile_look(name: str) -> str:
+    """The sprite that a tile's name, or a part of it, calls for; empty where there is none."""
+    words = (word for word in name.lower().split("_") if word in _TILE_LOOKS)
+    return next((_TILE_LOOKS[word] for word in words), "")
+
+
+def sprite_color(name: str) -> str:
+    """A built-in sprite's own colour, or the empty text of one that is not built in."""
+    if name not in builtin_sprites():
+        return ""
+    return str(ET.fromstring(builtin_sprite(name)).get("data-tint", ""))
+
+
 # Where own ones come from.
 
 

@@ -17,6 +17,7 @@ from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.drawings import is_own
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 
 if TYPE_CHECKING:
@@ -33,8 +34,10 @@ CONTACT = 2.5  # how much the first time matters that one character pushes the o
 def stage_of(spec: GridSpec) -> Stage:
     """A world as the drawing sees it."""
     look, own = spec.look, dict(spec.look.drawings)
+    # Own drawings of tiles and walls that a script lacks: they are rugs and blocks.
+    shown = lambda sprite: "" if is_own(sprite) and sprite not in own else sprite
     tiles = tuple(
-        Tile(t.name, cell, t.color, t.sprite, own.get(t.sprite, ""))
+        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""))
         for t in spec.tiles
         for cell in t.cells
     )
@@ -44,7 +47,7 @@ def stage_of(spec: GridSpec) -> Stage:
         for kind, group in kinds
         for c in group
     ]
-    walls = look.wall_sprite, own.get(look.wall_sprite, "")
+    walls = shown(look.wall_sprite), own.get(look.wall_sprite, "")
     surface = spec.floor, spec.wall, look.frame, look.ground
     return Stage(spec.name, spec.rows, tiles, _told_apart(cast), *surface, *walls)
 

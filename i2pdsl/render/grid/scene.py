@@ -141,6 +141,7 @@ def stage_background(stage: Stage, cell: float = 64) -> str:
     """Frame, floor, tiles and walls; the tiles' names are in front of the cast (`labels_svg`)."""
     walls = [(c, r) for r in range(stage.height) for c in range(stage.width)]
     walls = [at for at in walls if stage.is_wall(at)]
+    shading = [] if stage.wall_sprite else walls
     looks = [tile_actor(tile) for tile in stage.tiles]
     drawn = {look.name: look for look in looks if look is not None}
     if stage.wall_sprite:
@@ -155,7 +156,7 @@ def stage_background(stage: Stage, cell: float = 64) -> str:
                 for i, (tile, look) in enumerate(zip(stage.tiles, looks, strict=True))
             ),
             # As one group: where two shadows overlap it is no darker.
-            f'<g opacity="0.16">{"".join(_wall_shadow(at, cell) for at in walls)}</g>',
+            f'<g opacity="0.16">{"".join(_wall_shadow(at, cell) for at in shading)}</g>',
             _frame(stage, cell),
             *(
                 _still(drawn[_WALL], at, cell) if stage.wall_sprite else _wall(stage, at, cell)

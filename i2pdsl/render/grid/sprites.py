@@ -1,7 +1,7 @@
 """The cast's drawings, tinted and posed into reusable symbols; tiles and walls that are drawn so.
 
-A sprite file (worlds/sprites) is drawn in a 100 x 100 box, its feet at (50, 94). Each group directly below the root
-is a layer, from back to front, and is shown in the poses that it names:
+A sprite file (worlds/sprites) is drawn in a 100 x 100 box, its feet at (50, 94). Each group
+directly below the root is a layer, from back to front, and is shown in the poses that it names:
 
     <g data-part="...">          in every pose
     <g data-pose="idle walk">    in these poses, or verbs of poses ('walk' is walk-east and so on)
@@ -24,7 +24,7 @@ from xml.sax.saxutils import quoteattr
 from i2pdsl.render.grid.choreography import POSES
 from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Tile
 from i2pdsl.render.ink import INK, mix
-from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites
+from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites, tile_look
 
 FALLBACK = "blob"
 # An own drawing fits between these edges, its lower edge where the feet are.
@@ -88,7 +88,9 @@ def _layers(actor: Actor) -> tuple[ET.Element, ...]:
     # Two drawings on one page may call different things the same.
     own = _slug(actor.name)
     source = re.sub(r'\bid="', f'id="{own}--', source)
-    source = re.sub(r"""url\(\s*['"]?#""", f"url(#{own}--", source).replace('href="#', f'href="#{own}--')
+    source = re.sub(r"""url\(\s*['"]?#""", f"url(#{own}--", source).replace(
+        'href="#', f'href="#{own}--'
+    )
     return tuple(ET.fromstring(source))
 
 
@@ -151,25 +153,9 @@ def _inner(layer: ET.Element, direction: str = "") -> str:
     return re.sub(r'data-look="([\d.]+)"', shift, markup)
 
 
-# What tiles are drawn as whose names, or parts of them, say it.
-TILE_LOOKS = {
-    word: sprite
-    for sprite, words in {
-        "pond": "pond lake water pool well",
-        "nest": "nest hay straw",
-        "door": "door gate exit house home",
-        "hole": "hole burrow den cave pit",
-        "crumbs": "crumbs crumb seed seeds food grain",
-        "dock": "dock quay pier jetty bridge",
-    }.items()
-    for word in words.split()
-}
-
-
 def tile_actor(tile: Tile) -> Actor | None:
     """A tile as something to be drawn; None where it is a rug."""
-    words = (word for word in tile.name.lower().split("_") if word in TILE_LOOKS)
-    sprite = tile.sprite or next((TILE_LOOKS[word] for word in words), "")
+    sprite = tile.sprite or tile_look(tile.name)
     name = f"tile/{tile.name}"  # no actor is called so
     return Actor(name, sprite, tile.color, "tile", tile.drawing) if sprite else None
 

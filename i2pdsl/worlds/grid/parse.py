@@ -14,7 +14,7 @@ from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
-from i2pdsl.worlds.drawings import Files, beside
+from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
@@ -28,8 +28,8 @@ from i2pdsl.worlds.grid.spec import (
     Thing,
     Tile,
 )
-from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.grid.sprites import Sprites
+from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 EVENTS = ("deus",)
@@ -212,7 +212,11 @@ class _Reader(MapReader):
         owner: dict[tuple[int, int], Block] = {}
         for number, block in enumerate(blocks):
             self.known_keys(block)
-            color = self.color(block, "color", _TILE_COLORS[number % len(_TILE_COLORS)])
+            sprite = self.sprites.of(block, "sprite", "")
+            usual = sprite_color(sprite or tile_look(block.name))
+            if not usual or usual in {tile.color for tile in tiles}:
+                usual = _TILE_COLORS[number % len(_TILE_COLORS)]
+            color = self.color(block, "color", usual)
             cells = self.tile_cells(block, rows)
             for cell in cells:
                 if cell in owner:
@@ -220,7 +224,7 @@ class _Reader(MapReader):
                     message = f"`{block.name}` lies on a cell of `{owner[cell].name}`"
                     self.problem("world-tile", message, block.span, note=note)
                 owner[cell] = block
-            tiles.append(Tile(block.name, cells, color, self.sprites.of(block, "sprite", "")))
+            tiles.append(Tile(block.name, cells, color, sprite))
         return tuple(tiles)
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:

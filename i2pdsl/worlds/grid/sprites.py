@@ -30,7 +30,7 @@ class Sprites:
             return name
         if not is_own(name):
             hint = did_you_mean(name, known) or f"there are: {', '.join(known)}"
-            hint = f"{hint}; an own one is a file beside the world, \"{shorten(name)}.svg\""
+            hint = f'{hint}; an own one is a file beside the world, "{shorten(name)}.svg"'
             message = f"there is no sprite `{shorten(name)}`"
             self.reader.problem("world-sprite", message, value.span, hint)
             return default
