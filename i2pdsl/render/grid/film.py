@@ -85,7 +85,8 @@ class _Scene:
 
     def __init__(self, stage: Stage, film: Film, cell: int) -> None:
         self.stage, self.film, self.cell = stage, film, cell
-        self.symbols, self.labels = stage_symbols(stage), labels_svg(stage, cell)
+        poses = {name: tuple({key.pose for key in track}) for name, track in film.tracks.items()}
+        self.symbols, self.labels = stage_symbols(stage, poses), labels_svg(stage, cell)
         document = svg_document(stage, cell, stage_background(stage, cell) + self.labels)
         self.background = np.ascontiguousarray(svg_rgba(document)[..., :3])
         self.picture = self.background.copy()

@@ -22,7 +22,7 @@ from functools import cache
 from xml.sax.saxutils import quoteattr
 
 from i2pdsl.render.grid.choreography import POSES
-from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Tile
+from i2pdsl.render.grid.stage import LOOKS, Actor, Tile
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites, tile_look
 
@@ -58,7 +58,7 @@ def _layered(root: ET.Element) -> ET.Element:
         place = f"translate(100 0) scale(-1 1) {place}"
     made = ET.Element(root.tag, {key: v for key, v in root.attrib.items() if key == "data-tint"})
     made.extend(shared)
-    poses = [pose for pose in POSES if not pose.endswith("-west")]
+    poses = [pose for pose in POSES if not pose.endswith("west")]
     layer = {"data-pose": " ".join(poses)} if root.get("data-faces") else {"data-part": "all"}
     inside = ET.SubElement(ET.SubElement(made, f"{{{SVG}}}g", layer), f"{{{SVG}}}g", looks)
     inside.set("transform", place)
@@ -134,7 +134,8 @@ def _posed(layer: ET.Element, shown: str, pose: str, known: set[str]) -> str:
     verb, _, direction = shown.partition("-")
     if shown in names or verb in names:
         return _inner(layer, pose.partition("-")[2])
-    if direction == "west" and f"{verb}-east" in names and shown not in known:
+    east = f"{verb}-{direction.replace('west', 'east')}"
+    if direction.endswith("west") and east in names and shown not in known:
         return f'<g transform="translate(100 0) scale(-1 1)">{_inner(layer)}</g>'
     return ""
 
@@ -143,7 +144,7 @@ def _inner(layer: ET.Element, direction: str = "") -> str:
     """The markup inside a layer, with what looks about turned toward the direction."""
     markup = "".join(ET.tostring(child, encoding="unicode").strip() for child in layer)
     markup = markup.replace(f' xmlns="{SVG}"', "")
-    dx, dy = DIRECTIONS.get(direction, (0, 0))
+    dx, dy = LOOKS.get(direction, (0, 0))
 
     def shift(match: re.Match[str]) -> str:
         reach = float(match.group(1))

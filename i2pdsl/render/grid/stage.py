@@ -11,6 +11,9 @@ from typing import Any, NamedTuple
 
 Cell = tuple[int, int]  # (column, row) from the map's top left, from 0
 DIRECTIONS: dict[str, Cell] = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+LOOKS: dict[str, Cell] = DIRECTIONS | {  # where eyes go, too
+    "northeast": (1, -1), "northwest": (-1, -1), "southeast": (1, 1), "southwest": (-1, 1),
+}  # fmt: skip
 
 WALL = "#"
 
