@@ -65,6 +65,8 @@ def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
 class GridPictures(PictureFiles):
     """Draws one script of a grid world; what several pictures share is computed once."""
 
+    can_be_transparent = True
+
     def __init__(self, script: Script, title: str | None = None):
         self.told = script.length  # later frames are those that the story appends
         self.script = script = script.shown()
@@ -178,5 +180,13 @@ class GridPictures(PictureFiles):
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.grid.film import save_film
 
-        meters = self.meters()
-        save_film(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
+        save_film(
+            path,
+            self.stage,
+            self.film,
+            title=self.title,
+            meters=self.meters(),
+            look=self.look,
+            twists=self.focus.turns,
+            progress=progress,
+        )
