@@ -27,7 +27,7 @@ class Seeds(click.ParamType):
 
 
 class Formats(click.ParamType):
-    """`png,svg,gif,mp4,webm,html,sheet,timeline`."""
+    """The names of files.FORMATS, with commas between them."""
 
     name = "formats"
 

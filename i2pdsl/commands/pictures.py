@@ -67,6 +67,11 @@ def draw(
     from i2pdsl.render.video import FilmError
 
     pictures = pictures_of(scripts, title, look)
+    for each in (each for each in formats if each not in pictures.offered):
+        message = f"there is no {each} of {scripts[0].world.name}"
+        hint = f"there are: {', '.join(pictures.offered)}"
+        where = whole_file("pictures")
+        show([Diagnostic("pictures", message, where, hint, severity="warning")])
     with Bars() as bars, noting(_warn):
         try:
             for name, path in pictures.drawn(folder, formats, bars.drawing):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from i2pdsl.render.files import PictureFiles, printable
+from i2pdsl.render.files import EXPORTS, FORMATS, PictureFiles, printable
 from i2pdsl.render.mind import PALETTE, PANELS_MAX, Panel, Series, Window
 from i2pdsl.render.video import Progress, Times, padded, shown_times, write_film
 
@@ -119,6 +119,7 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         usual: of a film by its suffix, pictures a second, and how wide it is: of one, of several.
     """
 
+    offered = tuple(each for each in FORMATS if each not in EXPORTS)
     usual: ClassVar[dict[str, tuple[float, tuple[int, int]]]] = {
         ".mp4": (25, (800, 1280)),
         ".webm": (25, (800, 1280)),

@@ -13,6 +13,7 @@ import numpy as np
 from i2pdsl.render.files import FilmLook
 from i2pdsl.render.grid.choreography import Film, Key, sample
 from i2pdsl.render.grid.scene import (
+    LARGEST_SCENE,
     MARGIN,
     cast_svg,
     labels_svg,
@@ -29,7 +30,7 @@ from i2pdsl.render.strip import Meter, Strip
 from i2pdsl.render.video import PathLike, Progress, Times, paced_times, write_film
 
 USUAL_LOOK = FilmLook()
-LONGEST_SIDE, LARGEST = 2500.0, 2.2e6  # pixels of a large map, along a side and in all
+LONGEST_SIDE = 2500.0  # pixels of a large map, along a side
 # Pictures a second, and how wide.
 USUAL = {".mp4": (24, 800), ".webm": (24, 800), ".gif": (25, 640)}
 SECONDS, LONGEST = 0.9, 180.0  # of a turn; of a film, whose turns are shorter where it has many
@@ -48,8 +49,20 @@ def frame_times(
 ) -> np.ndarray:
     """The time in turns that each film frame shows, first and last moment held a while.
 
+    The arguments are those of `lengths`; `fps` counts pictures a second.
+    """
+    return paced_times(*lengths(film, seconds_per_turn, twists, pace), fps)
+
+
+def lengths(
+    film: Film,
+    seconds_per_turn: float | None = None,
+    twists: Mapping[int, float] | None = None,
+    pace: float = 1.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """How long each turn lasts, [T], and how long its end is held, [T], in seconds.
+
     Args:
-        fps: pictures a second.
         seconds_per_turn: how long a turn lasts in which somebody goes somewhere.
         twists: turns after which the film rests a beat, and how much they matter, up to 1.
         pace: how many times faster than that.
@@ -64,7 +77,7 @@ def frame_times(
             rests[frame - 1] = REST * min(weight, 1.0)
     whole = max(float((lasting + rests).sum()), 1e-9)
     seconds = min(SECONDS, LONGEST / whole) if seconds_per_turn is None else seconds_per_turn
-    return paced_times(seconds / pace * lasting, seconds / pace * rests, fps)
+    return seconds / pace * lasting, seconds / pace * rests
 
 
 def film_frames(
@@ -121,7 +134,7 @@ def default_cell(stage: Stage, width: int) -> int:
     """Pixels for a cell so that a picture is about `width` wide and not much higher than that."""
     across, down = stage.width + 2 * MARGIN, stage.height + 2 * MARGIN
     wanted = max(12, min(round(width / across), round(width / down), width // 8))
-    most = min(LONGEST_SIDE / max(across, down), (LARGEST / (across * down)) ** 0.5)
+    most = min(LONGEST_SIDE / max(across, down), (LARGEST_SCENE / (across * down)) ** 0.5)
     return max(1, min(wanted, int(most)))
 
 

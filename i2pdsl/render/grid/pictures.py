@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -176,6 +176,22 @@ class GridPictures(PictureFiles):
             self.script.record.text,
             marks=self.marks,
         )
+
+    def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+        from i2pdsl.render.grid import export
+        from i2pdsl.render.grid.film import lengths
+
+        if {"sheet", "godot"} & {*formats}:
+            for path in export.save_sheet(folder, self.stage):
+                yield path.name, path
+        if {"timeline", "godot"} & {*formats}:
+            clock = lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
+            told = self.stage, self.document, self.film, self.panels, self.title
+            path = export.save_timeline(folder, export.timeline(*told, *clock))
+            yield path.name, path
+        if "godot" in formats:
+            path = export.save_player(folder)
+            yield path.name, path
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.grid.film import save_film

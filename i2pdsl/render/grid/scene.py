@@ -25,6 +25,7 @@ from i2pdsl.render.raster import text_width
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
 LEAST = 16.0  # pixels: nobody is drawn smaller, however small the cells of a large map
 FOOT = 0.94  # where in its cell an actor stands, from the cell's top
+LARGEST_SCENE = 2.2e6  # pixels of a picture, of large maps
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
 
