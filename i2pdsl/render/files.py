@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from i2pdsl.render.mind import Panel
 
-FORMATS = ("png", "svg", "gif", "mp4", "webm", "html", "sheet", "timeline", "godot")
+FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
 EXPORTS = ("sheet", "timeline", "godot")  # what other programs animate with
 FILMS = ("gif", "mp4", "webm")
 SEE_THROUGH = ("gif", "webm")  # films that can be

@@ -416,7 +416,7 @@ def _effects(beat: Beat) -> list[Mark]:
         case "push":  # speed lines run behind the pusher
             lines = Key(0, x - 0.40 * dx, y - 0.40 * dy, angle, 0.8, 0.8)
             later = lines._replace(x=lines.x + 0.9 * dx, y=lines.y + 0.9 * dy)
-            return [_mark("lines", times(0.37, 0.46, 0.74, 0.86), lines, later)]
+            return [_mark("lines", times(0.45, 0.53, 0.74, 0.86), lines, later)]
         case "fail":  # a drop of sweat while it tries, a puff where it sinks back
             drop = Key(0, x - 0.36 if dx >= 0 else x + 0.36, y - 0.30, 0.0, 0.40, 0.40)
             fallen = drop._replace(y=y - 0.18)

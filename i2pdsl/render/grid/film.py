@@ -1,7 +1,7 @@
-"""A choreographed script as a GIF or MP4 film, with what viewers believe drawn live below it.
+"""A choreographed script as a GIF, MP4 or WebM film, with what viewers believe drawn live below it.
 
 Rasterising a whole scene takes longer than playing it, so the background is drawn once, and of
-each frame only the rectangle in which something changed. Both formats are written by the ffmpeg
+each frame only the rectangle in which something changed. All formats are written by the ffmpeg
 binary that imageio-ffmpeg brings along, fed with raw frames.
 """
 
