@@ -26,6 +26,9 @@ OWN = (".svg", ".png")  # the suffixes of own drawings
 LARGEST = {".svg": 200_000, ".png": 2_000_000}  # bytes
 MOST_PARTS, DEEPEST = 3000, 40  # elements of an SVG, and elements in elements
 WIDEST, KEPT = 2048, 256  # pixels of a PNG's side that are read, and that are kept
+# Rasterisers fail at coordinates near 1e10 pixels: so far from its picture may a shape reach, in
+# the picture's sides, all its numbers taken together, and so much may transforms magnify it.
+FARTHEST, MOST_GROWTH = 2e4, 20.0
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 ET.register_namespace("", SVG)
 
@@ -47,6 +50,9 @@ _LOOKS = {
 _OURS = {"data-part", "data-pose", "data-look"}  # what sprites are posed by (docs/worlds.md)
 _REFERENCE = re.compile(r"url\(\s*['\"]?#([\w.-]+)['\"]?\s*\)", re.ASCII)
 _TINT = re.compile(r"#[0-9a-fA-F]{6}")
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_TRANSFORM = re.compile(r"\s*,?\s*(matrix|translate|scale|rotate)\s*\(([^()]*)\)", re.ASCII)
+_LENGTHS = _GEOMETRY - {"transform", "gradientTransform"} | {"stroke-width", "stroke-miterlimit"}
 
 
 # Those that come with i2pdsl.
@@ -203,8 +209,14 @@ def _kept_svg(data: bytes) -> str:
     for key, value in _attributes(root, "svg").items():
         if key in _LOOKS:
             made.set(key, value)
+    numbers = [float(number) for number in made.attrib["viewBox"].split()]
+    side = max(numbers[2:])
+    if max(map(abs, numbers[:2])) > FARTHEST * side:
+        raise WrongData("its `viewBox` is too far from where it begins")
     for child in root:
         _keep(child, made, shared, 1)
+    _check_reach(made, side, 1.0)
+    _check_reach(shared, side, 1.0)
     if len(shared):
         made.insert(0, shared)
     known = {element.get("id") for element in shared}
@@ -240,6 +252,38 @@ def _keep(element: ET.Element, into: ET.Element, shared: ET.Element, depth: int)
     made = ET.SubElement(place, f"{{{SVG}}}{name}", _attributes(element, name))
     for child in element:
         _keep(child, made, shared, depth + 1)
+
+
+def _check_reach(element: ET.Element, side: float, growth: float) -> None:
+    """Raises WrongData where numbers lead too far out of a picture of that side."""
+    for key, value in element.attrib.items():
+        if key in _LENGTHS:
+            numbers = [float(number) for number in _NUMBER.findall(value)]
+            if not sum(map(abs, numbers)) <= FARTHEST * max(side, 1.0):
+                raise WrongData(f"`{key}` leads too far out of the picture")
+        elif key in ("transform", "gradientTransform"):
+            growth *= _growth(value, side)
+    if growth > MOST_GROWTH:
+        raise WrongData(f"its transforms magnify more than {MOST_GROWTH:g} times")
+    for child in element:
+        _check_reach(child, side, growth)
+
+
+def _growth(transform: str, side: float) -> float:
+    """How much a transform magnifies, at least 1. Raises WrongData for what is none."""
+    growth, at = 1.0, 0
+    while transform[at:].strip():
+        found = _TRANSFORM.match(transform, at)
+        if found is None:
+            raise WrongData(f"the transform `{transform[:40]}` is not read")
+        at = found.end()
+        numbers = [abs(float(number)) for number in _NUMBER.findall(found[2])]
+        scales = {"matrix": numbers[:4], "scale": numbers}.get(found[1], [])
+        moves = numbers[4:] if found[1] == "matrix" else numbers
+        growth *= max([1.0, *scales])
+        if not sum(moves) <= FARTHEST * max(side, 1.0):
+            raise WrongData("a transform leads too far out of the picture")
+    return growth
 
 
 _INSTEAD = {

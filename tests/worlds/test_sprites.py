@@ -82,6 +82,12 @@ REFUSED = {
     "endless size": b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 inf 1"><rect/></svg>',
     "too many": svg("<rect/>" * 3001),
     "too deep": svg("<g>" * 50 + "</g>" * 50),
+    "far": svg('<circle r="1e30"/>'),
+    "far by steps": svg(f'<path d="M0 0 {"l9999 0" * 99}"/>'),
+    "far box": svg("").replace(b"0 0 40 20", b"1e9 0 40 20"),
+    "moved far": svg('<g transform="translate(1e9)"/>'),
+    "magnified": svg('<g transform="scale(9)"><g transform="matrix(9 0 0 9 0 0)"/></g>'),
+    "skewed": svg('<g transform="skewX(89.9999)"/>'),
     "look": svg('<g data-look="1e9"/>'),
 }
 
