@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
 
 FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
@@ -42,6 +43,7 @@ class PictureFiles:
 
     Attributes:
         title: of all pictures.
+        wishes: what became of those of the story, for the page.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
         look: how its films are made.
@@ -51,6 +53,7 @@ class PictureFiles:
     title: str
     look: FilmLook = FilmLook()
     can_be_transparent: bool = False
+    wishes: Sequence[Wish] = ()
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
 

@@ -25,11 +25,13 @@ def pictures_of(
 
     Raises StoryError where they cannot be drawn together, or not as `look` wants it.
     """
-    found = drawing_for(scripts[0].world.spec).pictures(scripts, title)
+    pictures = drawing_for(scripts[0].world.spec).pictures(scripts, title)
+    if len(scripts) == 1:
+        pictures.wishes = scripts[0].wishes
     if look is not None:
-        if look.transparent and not found.can_be_transparent:
+        if look.transparent and not pictures.can_be_transparent:
             message = f"films of {scripts[0].world.name} cannot be transparent"
             where = whole_file(scripts[0].record.where)
             raise error("pictures", message, where, "those of worlds on a grid can")
-        found.look = look
-    return found
+        pictures.look = look
+    return pictures

@@ -314,8 +314,8 @@ def _best_different(
     belief = jnp.exp(frames.belief[parent, child]).reshape(len(index), -1)
     # One number for a belief: weights without structure tell different ones apart.
     weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898) * 4.0
-    sums, tried = beam.carry.sums[parent], beam.carry.tried[parent]
-    marks = jnp.concatenate([top[:, None], (belief @ weights)[:, None], sums, tried], axis=1)
+    carried = [part[parent].reshape(len(index), -1) for part in jax.tree.leaves(beam.carry[:2])]
+    marks = jnp.concatenate([top[:, None], (belief @ weights)[:, None], *carried], axis=1)
     near = jnp.abs(marks[:, None] - marks[None]) <= 1e-6 * (1 + jnp.abs(marks[None]))
     same = near.all(-1) & (state[:, None] == state[None])
     repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)

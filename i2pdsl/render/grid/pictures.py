@@ -175,6 +175,7 @@ class GridPictures(PictureFiles):
             self.title,
             self.script.record.text,
             marks=self.marks,
+            wishes=self.wishes,
         )
 
     def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:

@@ -28,7 +28,9 @@ class PlanePictures(PerformancePictures[Performance]):
     def save_page(self, path: Path) -> Path:
         from i2pdsl.render.plane.page import save_page
 
-        return save_page(path, self.performances, self.panels, self.title, self.windows)
+        return save_page(
+            path, self.performances, self.panels, self.title, self.windows, self.wishes
+        )
 
     @property
     def seconds(self) -> float:
