@@ -10,9 +10,9 @@ import pytest
 from i2pdsl.language import typed as ty
 from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Value, Vocabulary
-from i2pdsl.objective.subjects import claims, latents_of, subjects_of
+from i2pdsl.objective.subjects import Subject, claims, latents_of, subjects_of
 from i2pdsl.pipeline import load
-from i2pdsl.render.focus import _changes, _extremes
+from i2pdsl.render.focus import _changes, _extremes, _with_rest
 from i2pdsl.worlds.find import find_vocabulary
 
 STORIES = Path(__file__).parent.parent / "stories"
@@ -79,3 +79,17 @@ def test_turns_of_beliefs_and_fortunes() -> None:
     rising_then_falling = np.array([0.0, 5, 4.5, 10, 9.8, 3, 3.5, 0, 7])
     assert _extremes(rising_then_falling) == [0, 3, 7, 8]
     assert _extremes(np.full(6, 2.0)) == []
+
+
+def test_what_everybody_knows_all_along_is_not_said_again() -> None:
+    """A wish conditions every belief of the story; where conditions differ, they are said."""
+    words = kitchen()
+    known = mask(words, G_cheese={"pink"})
+    events = [Subject(mask(words, rho=vs), known) for vs in ({1.0, 3.0}, {-3.0, -1.0})]
+    *same, rest = _with_rest(events)
+    assert same == events
+    assert claims(words, rest.about, default_assumption(words)) == {"rho": (0.0,)}
+    whole = Subject(
+        tuple(not any(pair) for pair in zip(events[0].about, known, strict=True)), known
+    )
+    assert _with_rest([Subject((True,) * len(known), known), whole])[2:] == []

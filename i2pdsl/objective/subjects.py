@@ -32,9 +32,9 @@ def subjects_of(story: TypedStory) -> tuple[Subject, ...]:
     found: dict[Subject, None] = {}
     for _, expression in story.objective:
         for node in ty.walk(expression):
-            if isinstance(node, ty.Belief) and isinstance(
-                node.about, tuple | ty.Partition | ty.ValueAt
-            ):
+            if not isinstance(node, ty.Belief) or node.form == "KL":
+                continue  # how far beliefs move is no belief
+            if isinstance(node.about, tuple | ty.Partition | ty.ValueAt):
                 found[Subject(node.about, node.given[0].mask)] = None
     return tuple(found)
 

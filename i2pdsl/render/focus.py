@@ -133,8 +133,13 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     told = [p for p in panels if p.latent in latents]
     told.sort(key=lambda p: p.latent != ATTITUDE)  # what one means to another is told first
     events = [s for s in subjects if isinstance(s.about, tuple)]
-    conditions = {s.given for s in events} - {script.assumption}
-    if conditions:
+    conditions = {s.given for s in events}
+    if len(conditions) == 1 and script.assumption not in conditions and len(told) == 1:
+        series = _series(script, _with_rest(events), lambda event, _: sentence(event, {}))
+        if series:  # what everybody knows all along need not be said
+            panel = Panel(ASKED, "probability", series, question=told[0].question)
+            return Focus(panel, (panel,))
+    if conditions - {script.assumption}:
         series = _series(script, events, sentence)
         if series:
             panel = Panel(ASKED, "probability", series)
@@ -150,6 +155,15 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
         if series:
             return Focus(Panel(ASKED, "probability", series), tuple(told))
     return Focus(told[0], tuple(told)) if told else None
+
+
+def _with_rest(events: list[Subject]) -> list[Subject]:
+    """Events under one condition, and that none of them holds, where that can be."""
+    given = events[0].given
+    columns = zip(*(s.about for s in events), strict=True)
+    rest = tuple(not any(column) for column in columns)
+    possible = any(r and g for r, g in zip(rest, given, strict=True))
+    return [*events, Subject(rest, given)] if possible else events
 
 
 def _claims(script: Script, event: ty.Mask, within: ty.Mask) -> Claims | None:
@@ -185,7 +199,7 @@ def _statements(panel: Panel, t: int) -> list[tuple[str, str]]:
     if panel.kind == "value":
         return [_fortune(series, t) for series in panel.series]
     named = [s for s in panel.series if s.claim]
-    if not panel.latent:
+    if not panel.question:
         return [_degree(s.claim, float(s.values[t])) for s in named]
     first, *others = sorted(named, key=lambda s: -s.values[t])
     p = float(first.values[t])

@@ -33,6 +33,7 @@ BLOCK_BYTES = 192 * 2**20  # of working memory for one block of starts
 # What a search takes for each child and hypothesis, and for each pair of places of a beam that are
 # compared (measured: the kitchen, 2 cores). Another machine is not ten times as fast.
 CHILD_SECONDS, PAIR_SECONDS = 8e-9, 2e-9
+BRIEF_SECONDS = 0.05  # below, it takes longer to compile well than it saves
 LONG, TOO_LONG = 600.0, 24 * 3600.0  # seconds that are said, and that are refused
 
 
@@ -135,7 +136,8 @@ def prepare_beam(
     key = ("beam", objective.shape, layout, length, width, events)
     search = partial(_search_block, world, objective, length, width, events)
     arguments = (tables, params, np.zeros(block, np.int32))
-    program = compiled_program(key, search, arguments, (0, 0), say)
+    brief = expected_seconds(world, objective, length, count, width, events) < BRIEF_SECONDS
+    program = compiled_program(key, search, arguments, (0, 0), say, brief)
     return Beam(program, tables, params, block, time.perf_counter() - began)
 
 
@@ -184,14 +186,26 @@ def check_size(
             f"{there / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole_file("search"), hint)
-    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
-    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
-    seconds = starts * length * width * (child + 4 * (width > 1) * width * PAIR_SECONDS)
+    seconds = expected_seconds(world, objective, length, starts, width, events)
     if seconds > TOO_LONG:
         message = f"the search ({size}) would take about {_duration(seconds)}"
         raise error("too-large", message, whole_file("search"), hint)
     if seconds > LONG and say is not None:
         say(f"the search ({size}) takes about {_duration(seconds)}; Ctrl-C keeps what was found")
+
+
+def expected_seconds(
+    world: World,
+    objective: Objective,
+    length: int,
+    starts: int,
+    width: int,
+    events: tuple[int, ...],
+) -> float:
+    """How long a search takes, roughly."""
+    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
+    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
+    return starts * length * width * (child + 4 * (width > 1) * width * PAIR_SECONDS)
 
 
 def _duration(seconds: float) -> str:

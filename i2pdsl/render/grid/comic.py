@@ -7,6 +7,7 @@ from i2pdsl.render.grid.choreography import Film, Key, choreograph, sample
 from i2pdsl.render.grid.scene import (
     MARGIN,
     actor_svg,
+    labels_svg,
     life,
     margin,
     mark_svg,
@@ -137,7 +138,7 @@ def _panel(stage: Stage, film: Film, since: int, t: int, cell: float) -> str:
     # Not beside those who failed and were then pushed elsewhere: the pusher stands there now.
     at = {actor.name: (key.x, key.y) for actor, key in standing}
     signs = [_sign(b, cell) for b in beats if b.frame == t and at.get(b.actor) == b.target]
-    return "".join(ghosts + ways + cast + shoves + signs)
+    return "".join([*ghosts, *ways, *cast, labels_svg(stage, cell), *shoves, *signs])
 
 
 def _steps(name: str, beats: Sequence[Beat]) -> list[tuple[bool, Cell, Cell]]:

@@ -12,6 +12,7 @@ from i2pdsl.render.grid.choreography import Film, Key, Track
 from i2pdsl.render.grid.scene import (
     FOOT,
     actor_svg,
+    labels_svg,
     life,
     scene_size,
     shadow_svg,
@@ -138,6 +139,7 @@ aria-describedby="caption" viewBox="{view_box(stage, CELL)}">
 <g id="actors{number}">
 {chr(10).join(_cast(stage, film))}
 </g>
+<g id="labels{number}">{labels_svg(stage, CELL)}</g>
 <g id="marks{number}"></g>
       </svg>"""
 
