@@ -74,7 +74,7 @@ def _asked(script: Script, question: Question, sentence: Sentence) -> str:
 def _claim(question: Question, sentence: Sentence) -> str:
     """A question's event in words."""
     if question.claims is None or question.condition is None:
-        return "what the story asks"
+        return "what the story asks about holds"
     return sentence(question.claims, question.condition)[1]
 
 
