@@ -70,7 +70,10 @@ def sheet(
             {"score": script.score, "script": str(place), "panel": panel, "still": script.still}
         )
         labelled.append(_labelled(script, label(number, script, judgement)))
-    files = _drawn(labelled, folder, f"{name}: candidates, seed {seed}")
+    title = f"{name}: candidates, seed {seed}"
+    if len(labelled) == 1:
+        title = f"{name}, seed {seed}: {labelled[0].record.title}"
+    files = _drawn(labelled, folder, title)
     if as_json:
         output_json({"story": name, "seed": seed, "candidates": told, "files": files})
     else:
