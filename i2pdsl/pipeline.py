@@ -98,10 +98,10 @@ class Story(Shown):
         except StoryError as problem:
             raise self.typed.placed(problem, ast.World) from None
 
-    def task(self, watch: Watch | None = None) -> Task:
+    def task(self, watch: Watch | None = None, effort: int = 1) -> Task:
         """The story in its world, to be searched. Raises StoryError as `world` does."""
         watch = watch or Watch()
-        return Task(self.typed, self.world(watch), watch)
+        return Task(self.typed, self.world(watch), watch, effort)
 
     def solve(
         self,
@@ -109,6 +109,7 @@ class Story(Shown):
         candidates: int = 1,
         naive: bool = False,
         watch: Watch | None = None,
+        effort: int = 1,
     ) -> Result:
         """Finds the script.
 
@@ -118,17 +119,26 @@ class Story(Shown):
             candidates: how many visibly different scripts to return, best first. A descent
                 returns all that it improved.
             naive: no audience; the characters do what is best for them.
+            effort: about so many times the usual time goes into a beam search. For the same seed
+                more effort never makes the score worse.
 
         >>> result = load("stories/kitchen/help.story").solve(seed=0)
         >>> result.script, result.score
 
-        Raises StoryError where no state fulfils the `start`, or the world is too large;
-        ValueError for a negative seed or no candidates; NoComputing (a RuntimeError) where JAX
+        Raises StoryError where no state fulfils the `start`, the world is too large, or the search
+        is no beam and there is to be more effort;
+        ValueError for a negative seed, no candidates or no effort; NoComputing (a RuntimeError) where JAX
         cannot run, as in a process that was forked while it ran.
         """
-        if seed < 0 or candidates < 1:
-            raise ValueError("a seed is at least 0, and there is at least one candidate")
-        task, search = self.task(watch), search_of(self.typed, naive)
+        if seed < 0 or candidates < 1 or effort < 1:
+            raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
+        task, search = self.task(watch, effort), search_of(self.typed, naive)
+        if effort > 1 and not search.takes_effort:
+            message = "more effort is for beam searches"
+            hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
+            raise self.typed.placed(
+                error("search", message, whole_file(self.typed.source.name), hint), ast.Search
+            )
         found = search.solve(task, seed, candidates)
         began = time.perf_counter()
         scripts = ranked(task, found, seed)

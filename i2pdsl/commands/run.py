@@ -45,6 +45,12 @@ if TYPE_CHECKING:
 @click.option(
     "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
 )
+@click.option(
+    "--effort",
+    type=click.IntRange(1, 1000),
+    default=1,
+    help="About so many times the search's usual time; never a lower score. Default 1.",
+)
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def run(
@@ -55,6 +61,7 @@ def run(
     settings: tuple[tuple[str, str], ...],
     formats: tuple[str, ...],
     candidates: int,
+    effort: int,
     naive: bool,
     as_json: bool,
 ) -> int:
@@ -77,7 +84,7 @@ def run(
         for number in chosen:
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
-                result, ended = make(story, number, place, formats, candidates, naive)
+                result, ended = make(story, number, place, formats, candidates, naive, effort)
             except StoryError as problem:
                 show(problem.diagnostics)
                 status = WRONG
@@ -120,6 +127,7 @@ def make(
     formats: tuple[str, ...],
     candidates: int,
     naive: bool,
+    effort: int,
 ) -> tuple[dict[str, Any], int]:
     """Solves one story and draws it; returns the document of `--json`, and the exit status.
 
@@ -130,7 +138,7 @@ def make(
     from i2pdsl.progress import Bars
 
     with Bars() as bars:
-        found = story.solve(seed, candidates, naive, bars.watch)
+        found = story.solve(seed, candidates, naive, bars.watch, effort)
     status = DONE if found.finished else INTERRUPTED
     if not found.finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)

@@ -27,11 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """A story in its world, to be searched."""
+    """A story in its world, to be searched, with so many times the usual effort."""
 
     story: TypedStory
     world: World
     watch: Watch
+    effort: int = 1
 
     @cached_property
     def objective(self) -> Objective:
@@ -77,6 +78,15 @@ def draw_starts(allowed: np.ndarray, count: int, seed: int) -> np.ndarray:
     return generator.choice(allowed, size=count, replace=False)
 
 
+def draw_more(allowed: np.ndarray, drawn: np.ndarray, effort: int, seed: int) -> np.ndarray:
+    """Initial states besides those that were drawn, for more than the usual effort: those of less
+    effort are the first of those of more."""
+    if effort == 1 or len(drawn) == len(allowed):
+        return allowed[:0]
+    others = np.setdiff1d(allowed, drawn)
+    return np.random.default_rng((seed, 1)).permutation(others)[: (effort - 1) * len(drawn)]
+
+
 class Search(Protocol):
     """A way to look for the script of a story. The settings that a story gives it, and the worlds
     that it can search, are those of its name in language/settings.py.
@@ -84,9 +94,11 @@ class Search(Protocol):
     Attributes:
         offers_all: whether all that it finds are candidates, as each came from elsewhere;
             otherwise those are that differ visibly.
+        takes_effort: whether it can spend more than usual.
     """
 
     offers_all: ClassVar[bool]
+    takes_effort: ClassVar[bool]
 
     def prepare(self, task: Task) -> Program | None:
         """Compiles it without running it, so that the next of this shape starts at once; None
