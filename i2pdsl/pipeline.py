@@ -126,9 +126,9 @@ class Story(Shown):
         >>> result.script, result.score
 
         Raises StoryError where no state fulfils the `start`, the world is too large, or the search
-        is no beam and there is to be more effort;
-        ValueError for a negative seed, no candidates or no effort; NoComputing (a RuntimeError) where JAX
-        cannot run, as in a process that was forked while it ran.
+        is no beam and there is to be more effort; ValueError for a negative seed, no candidates
+        or no effort; NoComputing (a RuntimeError) where JAX cannot run, as in a process that was
+        forked while it ran.
         """
         if seed < 0 or candidates < 1 or effort < 1:
             raise ValueError("a seed is at least 0, and candidates and effort are at least 1")

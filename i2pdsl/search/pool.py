@@ -21,7 +21,9 @@ from i2pdsl.worlds.world import World
 
 Array = Any
 
-OFFSPRING = 8  # of a script's children, at most so many go on: those of one soon look alike
+# Of a script's children at most so many go on: those of one soon look alike, and to sort more takes
+# time. In a short story they may still decide, and there is time.
+OFFSPRING, IN_ALL_FRAMES = 8, 120
 
 
 class Rule(NamedTuple):
@@ -54,6 +56,7 @@ def grown(
         pool: what each group goes on from, in all of its places.
     """
     places = jnp.arange(pool.state.shape[0])
+    offspring = max(OFFSPRING, IN_ALL_FRAMES // frames)
     expand = jax.vmap(partial(_expand, world, objective, events, tables, params, rule.ahead))
     step = jax.vmap(partial(objective.step, tables, params))
 
@@ -65,7 +68,7 @@ def grown(
         parent, child = jax.lax.cond(
             rule.width == 1,
             lambda: (places, jnp.argmax(values, axis=1).astype(places.dtype)),
-            lambda: _chosen(objective.keeps_history, pool, children, values, rule),
+            lambda: _chosen(objective.keeps_history, offspring, pool, children, values, rule),
         )
         chosen = jax.tree.map(lambda x: x[parent, child], children)
         carry = jax.tree.map(lambda x: x[parent], pool.carry)
@@ -101,7 +104,7 @@ def _traced(places: Array, steps: tuple[Array, Array]) -> Array:
 
 
 def _chosen(
-    keeps_history: bool, pool: Node, frames: Frame, values: Array, rule: Rule
+    keeps_history: bool, offspring: int, pool: Node, frames: Frame, values: Array, rule: Rule
 ) -> tuple[Array, Array]:
     """The parents and children [M] that take the places; parent -1 where none is left.
 
@@ -109,7 +112,7 @@ def _chosen(
     `rule.alike` in one state.
     """
     places, count = values.shape
-    kept = min(OFFSPRING, count)
+    kept = min(offspring, count)
     best, child = jax.lax.top_k(values, kept)  # [M, kept]
     parent = jnp.broadcast_to(jnp.arange(places)[:, None], best.shape)
     group = (parent // rule.width).reshape(-1)

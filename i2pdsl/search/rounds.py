@@ -46,12 +46,13 @@ class Kind:
 def usual_kinds() -> list[Kind]:
     """What is tried in turn. Every one of them is the best for some objective
     (docs/search.md)."""
+    plain = Kind(10, variety=False, ahead=False)
     return [
-        Kind(10, variety=False, ahead=False),
+        plain,
         Kind(32, variety=True, ahead=True),
-        Kind(10, variety=False, ahead=False),
+        plain,  # half of the default's effort
         Kind(32, variety=False, ahead=False),
-        Kind(8, variety=False, ahead=True),
+        Kind(10, variety=True, ahead=True),
         Kind(1, variety=False, ahead=False, fresh=True),
         Kind(128, variety=True, ahead=False),
         Kind(128, variety=False, ahead=True),
