@@ -74,7 +74,7 @@ def more_places(task: Task) -> int:
     """
     plan = task.story.search
     pass_ = plan.starts * plan.width
-    longer = max(1.0, min(USUAL_LENGTH / task.story.length, USUAL_PLACES / pass_))
+    longer = max(1.0, USUAL_LENGTH / task.story.length * min(1.0, USUAL_PLACES / pass_))
     return int(pass_ * (task.effort * (1 + plan.polish * longer) - 1))
 
 
