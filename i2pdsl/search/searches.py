@@ -9,6 +9,7 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language import typed as ty
+from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.story import SearchPlan, TypedStory, default_assumption
 from i2pdsl.search.task import Found, Search, Task, draw_more, draw_starts
 from i2pdsl.worlds.kinds import kind_of
@@ -70,12 +71,18 @@ class Beam(Search):
 def more_places(task: Task) -> int:
     """How many scripts side by side a beam search may look at after its first pass.
 
-    In short stories there is time for more.
+    In short stories there is time for more, unless each look is costly or the story asks for much.
     """
     plan = task.story.search
-    pass_ = plan.starts * plan.width
-    longer = max(1.0, USUAL_LENGTH / task.story.length * min(1.0, USUAL_PLACES / pass_))
-    return int(pass_ * (task.effort * (1 + plan.polish * longer) - 1))
+    once, longer = plan.starts * plan.width, 1.0
+    costly = any(
+        isinstance(node, ty.Belief) and BY_NAME[node.form].looks_ahead
+        for _, expression in task.story.objective
+        for node in ty.walk(expression)
+    )
+    if not costly:
+        longer = max(longer, USUAL_LENGTH / task.story.length * min(1.0, USUAL_PLACES / once))
+    return int(once * (task.effort * (1 + plan.polish * longer) - 1))
 
 
 class Descend(Search):
