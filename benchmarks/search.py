@@ -70,7 +70,8 @@ def optimum(world: GridWorld, story: TypedStory) -> float:
     from i2pdsl.worlds.record import empty, extended
 
     objective = story_objective(story, world)
-    tables, params = world.search_tables, prepared(world, objective)
+    tables = world.search_tables
+    params = jax.tree.map(jnp.asarray, prepared(world, objective))
 
     def best(start: Any, actions: Any) -> tuple[Any, Any]:
         node = root(world, objective, tables, params, start)

@@ -50,17 +50,18 @@ def usual_kinds() -> list[Kind]:
     plain = Kind(10, variety=False, ahead=False)
     hopeful = Kind(16, variety=True, ahead=True)
     varied = Kind(16, variety=True, ahead=False)
+    wide = Kind(64, variety=False, ahead=True)
     return [
         plain,
         hopeful,
         plain,
         Kind(32, variety=False, ahead=False),
+        wide,
         varied,
         hopeful,
         Kind(1, variety=False, ahead=False, fresh=True),
-        Kind(32, variety=False, ahead=True),
+        wide,
         varied,
-        Kind(128, variety=True, ahead=True),
     ]
 
 
