@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import get_args
 
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import read_source
-from i2pdsl.results import Result, ranked
+from i2pdsl.objective.wishes import Wish, doubts
+from i2pdsl.results import Choice, Result, chosen
 from i2pdsl.scripts import Answer, Script, script_from
-from i2pdsl.search.candidates import select_different
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
+from i2pdsl.search.wishes import wishes_of
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.find import find_spec, find_vocabulary, world_warnings
 from i2pdsl.worlds.kind import Spec, Watch
@@ -109,6 +110,7 @@ class Story(Shown):
         candidates: int = 1,
         naive: bool = False,
         watch: Watch | None = None,
+        choose: Choice = "panel",
         effort: int = 1,
     ) -> Result:
         """Finds the script.
@@ -119,34 +121,48 @@ class Story(Shown):
             candidates: how many visibly different scripts to return, best first. A descent
                 returns all that it improved.
             naive: no audience; the characters do what is best for them.
+            choose: whose opinion of the candidates counts: that of a `panel` of viewers whom they
+                were not made for (objective/panel.py), or the `score`.
             effort: about so many times the usual time goes into a beam search. For the same seed
-                more effort never makes the score worse.
+                more effort never makes the best score worse.
 
         >>> result = load("stories/kitchen/help.story").solve(seed=0)
         >>> result.script, result.score
 
-        Raises StoryError where no state fulfils the `start`, the world is too large, or the search
-        is no beam and there is to be more effort; ValueError for a negative seed, no candidates
-        or no effort; NoComputing (a RuntimeError) where JAX cannot run, as in a process that was
-        forked while it ran.
+        Raises StoryError where no state fulfils the `start`, the world is too large, or more effort
+        is asked of a search that is no beam; ValueError for a negative seed, no candidates, no
+        effort or another choice; NoComputing (a RuntimeError) where JAX cannot run, as in a process
+        that was forked while it ran.
         """
         if seed < 0 or candidates < 1 or effort < 1:
             raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
+        if choose not in get_args(Choice):
+            raise ValueError(f"candidates are chosen by {' or '.join(get_args(Choice))}")
         task, search = self.task(watch, effort), search_of(self.typed, naive)
         if effort > 1 and not search.takes_effort:
             message = "more effort is for beam searches"
             hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
-            raise self.typed.placed(
-                error("search", message, whole_file(self.typed.source.name), hint), ast.Search
-            )
-        found = search.solve(task, seed, candidates)
-        began = time.perf_counter()
-        scripts = ranked(task, found, seed)
-        if not search.offers_all:
-            paths = [script.trajectory.states for script in scripts]
-            scripts = [scripts[i] for i in select_different(task.world, paths, candidates)]
-        task.watch.add("search", began)
-        return Result(tuple(scripts), found.finished, dict(task.watch.seconds))
+            problem = error("search", message, whole_file(self.typed.source.name), hint)
+            raise self.typed.placed(problem, ast.Search)
+        scripts, judgements, finished = chosen(task, search, seed, candidates, choose)
+        return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
+
+    def wishes(
+        self, script: Script, seed: int = 0, naive: bool = False, watch: Watch | None = None
+    ) -> tuple[tuple[Wish, ...], bool]:
+        """What a script of this story reaches of each `maximize` and `minimize`, what the best
+        script for that wish alone reaches, and which frames hurt it; and whether nobody
+        interrupted. It takes about as long as `solve`.
+
+        Raises StoryError as `solve` does, and KeyboardInterrupt.
+        """
+        looks = not naive and self.typed.search.method != "naive"
+        search = search_of(self.typed) if looks else None
+        return wishes_of(self.task(watch), search, script.frames, seed)
+
+    def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
+        """Warnings about what viewers are brought to believe by a script of this story."""
+        return doubts(self.typed, script.world, script.frames)
 
     def __repr__(self) -> str:
         told = self.typed

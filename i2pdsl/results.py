@@ -1,18 +1,26 @@
-"""What a search found, as scripts from the best to the worst."""
+"""What a search found, as scripts from the best to the worst: fewer broken requirements first."""
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.story import Requirement
+from i2pdsl.objective.panel import Judgement, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
-from i2pdsl.search.task import Found, Task
+from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
+from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
+
+Choice = Literal["panel", "score"]
+"""Who puts candidates in their order: viewers whom they were not made for, or the objective."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +29,13 @@ class Result(Shown):
 
     Attributes:
         candidates: scripts that differ visibly, best first.
+        judgements: what the panel makes of each (objective/panel.py).
         finished: false where the search was interrupted.
         seconds: time of each stage: plan, compile, search.
     """
 
     candidates: tuple[Script, ...]
+    judgements: tuple[Judgement, ...]
     finished: bool
     seconds: dict[str, float]
 
@@ -39,8 +49,56 @@ class Result(Shown):
         """Its objective, automatic terms included."""
         return self.script.score or 0.0
 
+    @property
+    def unmet(self) -> tuple[Requirement, ...]:
+        """The requirements that the best script does not meet."""
+        return self.script.unmet
+
     def __repr__(self) -> str:
         return f"<Result: {len(self.candidates)} found, the best {self.script!r}>"
+
+
+def chosen(
+    task: Task, search: Search, seed: int, count: int, choose: Choice
+) -> tuple[list[Script], list[Judgement], bool]:
+    """The best scripts that a search finds, `count` of them or all that it offers; what the panel
+    makes of each; and whether it came to its end. Raises StoryError, KeyboardInterrupt.
+
+    The panel helps to choose among the best SHORTLIST that differ visibly: half of the votes are
+    the story's own audience's, half the panel's (docs/stories.md has both). Those that are no films
+    (search/candidates.py), or that the story's audience finds much worse than the best, come last.
+    """
+    by_panel = choose == "panel"
+    wanted = max(count, SHORTLIST) if by_panel else count
+    found = search.solve(task, seed, wanted)
+    began = time.perf_counter()
+    scripts = ranked(task, found, seed)
+    if not search.offers_all:
+        paths = [script.trajectory.states for script in scripts]
+        scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
+    members = panel(task.story, task.world)
+    judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
+    if by_panel:
+        best = max(_worth(script) for script in scripts)
+        judged.sort(key=lambda each: _place(task, best, *each))
+    kept = judged if search.offers_all else judged[:count]
+    task.watch.add("search", began)
+    return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
+
+
+def _place(
+    task: Task, best: float, script: Script, judgement: Judgement
+) -> tuple[int, int, float, float]:
+    """Where a script stands among the candidates, of which the best has a score of `best`."""
+    score = _worth(script)
+    lacks = faults(task.world, script.trajectory.states)
+    lacks += int(score < best - TOLERANCE * abs(best))
+    return len(script.unmet), lacks, -(score + judgement.mean), -judgement.worst
+
+
+def _worth(script: Script) -> float:
+    """The score; minus infinity where it is not a number."""
+    return -np.inf if script.score is None or np.isnan(script.score) else script.score
 
 
 def ranked(task: Task, found: Found, seed: int) -> list[Script]:
@@ -57,8 +115,7 @@ def ranked(task: Task, found: Found, seed: int) -> list[Script]:
     if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
         message = "the objective has no finite value for any script that was found"
         raise error("objective", message, whole, "look for a logarithm of 0 or a division by 0")
-    worth = lambda s: -np.inf if s.score is None or np.isnan(s.score) else s.score
-    return sorted(scripts, key=lambda s: -worth(s))
+    return sorted(scripts, key=lambda s: (len(s.unmet), -_worth(s)))
 
 
 def _scored(task: Task, path: Trajectory, seed: int) -> Script:

@@ -28,10 +28,14 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
+from i2pdsl.language.story import Requirement
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.requirements import unmet
+from i2pdsl.objective.subjects import Subject, subjects_of
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -59,6 +63,9 @@ class Script(Shown):
         warnings: of its file, where that could not be taken quite as it is.
         appended: the turns that its story appends to it (a flashback's last picture).
         windows: the stretches of frames that its story treats otherwise than the rest.
+        unmet: the requirements of its story that it does not meet.
+        subjects: the beliefs that its story speaks of.
+        wishes: what it reaches of each, if somebody looked (search/wishes.py).
     """
 
     record: Record
@@ -70,11 +77,20 @@ class Script(Shown):
     warnings: tuple[Diagnostic, ...] = ()
     appended: tuple[ty.Turn, ...] = ()
     windows: tuple[tuple[int, int, str], ...] = ()
+    unmet: tuple[Requirement, ...] = ()
+    subjects: tuple[Subject, ...] = ()
+    wishes: tuple[Wish, ...] = ()
 
     @property
     def score(self) -> float | None:
         """The objective that was reached, as the file has it."""
         return self.record.score
+
+    @property
+    def still(self) -> float:
+        """The share of frames in which nothing changes that a viewer can see."""
+        states = self.trajectory.states
+        return float(self.world.is_still(self.world.tables, states[:-1], states[1:]).mean())
 
     @property
     def length(self) -> int:
@@ -268,6 +284,8 @@ def script_of(
         frames,
         appended=turns,
         windows=windows,
+        unmet=unmet(story, world, frames),
+        subjects=subjects_of(story),
     )
 
 
@@ -310,7 +328,21 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     frames = replay(world, path.states, path.actions)
     turns = appended_turns(story) if story else ()
     windows = story_windows(story, len(path.actions)) if story else ()
-    return Script(record, world, path, module, assumption, frames, warnings, turns, windows)
+    missed = unmet(story, world, frames) if story else ()
+    subjects = subjects_of(story) if story else ()
+    return Script(
+        record,
+        world,
+        path,
+        module,
+        assumption,
+        frames,
+        warnings,
+        turns,
+        windows,
+        missed,
+        subjects,
+    )
 
 
 def _stored_world(record: Record, folder: Path | None) -> Spec:

@@ -16,6 +16,7 @@ latents that play no part. An event is a function hypothesis -> bool.
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import combinations, permutations, product
 
 MOVES = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
@@ -629,6 +630,65 @@ def tried(world, script, k, who):
     return own is not None and own[0] != "stay"
 
 
+def idle(world, script, k, who):
+    return not tried(world, script, k, who)
+
+
+DIRECTIONS = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+
+
+def faces(world, script, k, who, spot):
+    """who chose to move in frame k, along the axis on which it is farther to the spot."""
+    own = _own(world, script, k, who)
+    if own is None or own[0] == "stay":
+        return False
+    (x, y), there = world.cell(own[1], who), _spot(world, own[1], spot)
+    if there is None:
+        return False
+    dx, dy = there[0] - x, there[1] - y
+    choices = {"east": dx, "west": -dx, "south": dy, "north": -dy}
+    return choices[own[0]] > 0 and choices[own[0]] == max(choices.values())
+
+
+def _spot(world, state, spot):
+    """The cell of a character, a thing or a tile."""
+    return world.tiles[spot] if spot in world.tiles else world.cell(state, spot)
+
+
+def sees(world, state, who, spot):
+    """No wall's open square is on the line between the middles: each cut by its four edges."""
+    here, there = world.cell(state, who), _spot(world, state, spot)
+    if not here or not there:
+        return False
+    columns, rows = (range(max(c[i] for c in world.free) + 1) for i in (0, 1))
+    for wall in {(x, y) for x in columns for y in rows} - world.free:
+        first, last = Fraction(0), Fraction(1)
+        for a, b, middle in zip(here, there, wall, strict=True):
+            low, high = middle - Fraction(1, 2), middle + Fraction(1, 2)
+            if a == b:
+                first, last = (first, last) if low < a < high else (1, 0)
+                continue
+            ends = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+            first, last = max(first, ends[0]), min(last, ends[1])
+        if first < last:
+            return False
+    return True
+
+
+def distance(world, state, who, spot):
+    """The fewest steps among walls, breadth first; as many as cells where no way leads."""
+    here, there = world.cell(state, who), _spot(world, state, spot)
+    found, steps = {here} - {None}, 0
+    while found and there is not None:
+        if there in found:
+            return steps
+        near = {(x + dx, y + dy) for x, y in found for dx, dy in DIRECTIONS.values()}
+        if not (near & world.free) - found:
+            break
+        found, steps = found | (near & world.free), steps + 1
+    return len(world.free)
+
+
 def fell(world, script, k, thing):
     """An event dropped it in frame k."""
     event = script["frames"][k - 1].get("event")
@@ -659,9 +719,36 @@ def depict(world, script, event):
     return sum(P(world, script, t, event) for t in frames_of(script))
 
 
-def twist(world, script, T, before, after):
-    """sum_t (if t <= T/2 then P(before | script[:t]) else P(after | script[:t]))"""
-    return sum(P(world, script, t, before if t <= T / 2 else after) for t in frames_of(script))
+def moved_others(world, script, turn, about):
+    """sum of KL(others; script[:t-1] || script[:t]) over the frames t within one of turn + 1, where
+    `others` are all latents but those in `about`, together."""
+
+    def others(k):
+        shares = {}
+        for i, p in posterior(world, script, k, (), rational).items():
+            rest = tuple(sorted((n, v) for n, v in world.hypotheses[i].items() if n not in about))
+            shares[rest] = shares.get(rest, 0) + p
+        return shares
+
+    total = 0.0
+    for t in frames_of(script):
+        if abs(t - turn - 1) <= 1:
+            p, q = others(t - 1), others(t)
+            total += sum(p[v] * math.log(p[v] / q[v]) for v in p if p[v] > 0)
+    return total
+
+
+def twist(world, script, T, before, after, wish):
+    """sum_t (if t <= T/2 then P(before | script[:t], wish) else P(after | script[:t], wish)), one
+    point for each half in which the two meet, less what moves beliefs about anything but rho around
+    the turn."""
+    first = [t for t in frames_of(script) if t <= T / 2]
+    second = [t for t in frames_of(script) if t > T / 2]
+    asked = sum(P(world, script, t, before, [wish]) for t in first)
+    asked += sum(P(world, script, t, after, [wish]) for t in second)
+    meet = lambda t: adjacent(world, world.state_at(script, t), "robot", "cheese")
+    asked += any(map(meet, first)) + any(map(meet, second))
+    return asked - 0.5 * moved_others(world, script, T / 2, {"rho"})
 
 
 def irony(world, script, truth, mistaken, meant, done):
@@ -699,8 +786,8 @@ STORIES = {
     "help": lambda w, s, T: depict(w, s, HELPS),
     "hinder": lambda w, s, T: depict(w, s, HINDERS),
     "indifferent": lambda w, s, T: depict(w, s, INDIFFERENT),
-    "betrayal": lambda w, s, T: twist(w, s, T, HELPS, HINDERS),
-    "misjudged": lambda w, s, T: twist(w, s, T, HINDERS, HELPS),
+    "betrayal": lambda w, s, T: twist(w, s, T, HELPS, HINDERS, PINK),
+    "misjudged": lambda w, s, T: twist(w, s, T, HINDERS, HELPS, PINK),
     "irony": lambda w, s, T: irony(w, s, GREEN, PINK, HELPS, HINDERS),
     "flashback-help": lambda w, s, T: flashback(w, s, HELPS),
     "flashback-hinder": lambda w, s, T: flashback(w, s, HINDERS),
@@ -730,13 +817,73 @@ def plausibility(world, script):
     return total
 
 
-def objective(story, T, rational_weight=1.0, plausible_weight=1.0):
+def naturalness(world, script):
+    """- sum over all observed actions of E[max_a log P(a | H) - log P(action | H)], under the
+    belief just after the action, everybody being rational."""
+    belief, total = world.prior(), 0.0
+    for t in frames_of(script):
+        for who, action, state, _ in world.actions(
+            world.state_at(script, t - 1), script["frames"][t - 1]
+        ):
+            belief = world.update(belief, who, state, action)
+            for i, p in given(world, belief).items():
+                log_policy = world.log_policy(who, world.hypotheses[i], state)
+                total -= p * (max(log_policy.values()) - log_policy[action])
+    return total
+
+
+def luck(world, script):
+    """- max(0, C - log 4) of each weak character: C is the largest sum, over any stretch of its
+    attempts, of log P(outcome | odds 6 times better, or worse) - log P(outcome)."""
+    total = 0.0
+    for who in [c.name for c in world.characters.values() if c.success < 1]:
+        p = world.characters[who].success
+        outcomes = []
+        for t in frames_of(script):
+            own = _own(world, script, t, who)
+            if own and world.effect(own[1], who, own[0]) != own[1]:
+                outcomes.append(own[2] != own[1])
+        most = 0.0
+        for factor in (6, 1 / 6):
+            odds = factor * p / (1 - p)
+            other = odds / (1 + odds)
+            ratios = [
+                math.log(other / p) if ok else math.log((1 - other) / (1 - p)) for ok in outcomes
+            ]
+            stretches = [
+                sum(ratios[i:j]) for i in range(len(ratios)) for j in range(i + 1, len(ratios) + 1)
+            ]
+            most = max([most, *stretches])
+        total -= max(0.0, most - math.log(4))
+    return total
+
+
+def liveliness(world, script):
+    """- the number of frames at whose end everything is where it was."""
+    return -sum(
+        world.state_at(script, t - 1) == world.state_at(script, t) for t in frames_of(script)
+    )
+
+
+AUTOMATIC = {
+    "rationality": (1.0, rationality),
+    "plausibility": (1.0, plausibility),
+    "naturalness": (0.2, naturalness),
+    "luck": (0.5, luck),
+    "liveliness": (0.2, liveliness),
+}
+"""The automatic terms with their weights."""
+
+
+def objective(story, T, **weights):
     """The objective of a prefix, with the automatic terms: (world, script) -> number."""
     story = STORIES.get(story, story)
     return lambda world, script: (
         story(world, script, T)
-        + rational_weight * rationality(world, script)
-        + plausible_weight * plausibility(world, script)
+        + sum(
+            weights.get(name, weight) * term(world, script)
+            for name, (weight, term) in AUTOMATIC.items()
+        )
     )
 
 

@@ -15,6 +15,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
+from stories_for_tests import BARE
 from worlds_for_tests import STORIES, Pair, small_kitchen
 
 NAMES = sorted(reference.STORIES)
@@ -159,6 +160,25 @@ FRAME_QUERIES = {
     "[adjacent(robot, cheese) @ script[t]]": lambda w, s, t: R.adjacent(
         w, w.state_at(s, t), "robot", "cheese"
     ),
+    "[idle(cheese) @ script[t]]": lambda w, s, t: R.idle(w, s, t, "cheese"),
+    "[faces(robot, cheese) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "robot", "cheese"),
+    "[faces(cheese, green) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "cheese", "green"),
+    "[faces(cheese, table) @ script[t]]": lambda w, s, t: R.faces(w, s, t, "cheese", "table"),
+    "[sees(robot, table) @ script[t]]": lambda w, s, t: R.sees(
+        w, w.state_at(s, t), "robot", "table"
+    ),
+    "[sees(cheese, pink) @ script[t]]": lambda w, s, t: R.sees(
+        w, w.state_at(s, t), "cheese", "pink"
+    ),
+    "[distance(robot, table) @ script[t]]": lambda w, s, t: R.distance(
+        w, w.state_at(s, t), "robot", "table"
+    ),
+    "[distance(cheese, green) @ script[t]]": lambda w, s, t: R.distance(
+        w, w.state_at(s, t), "cheese", "green"
+    ),
+    "[touching(robot, cheese) @ script[t]]": lambda w, s, t: R.adjacent(
+        w, w.state_at(s, t), "robot", "cheese"
+    ),
     "[absent(table) @ script[t]]": lambda w, s, t: R.absent(w, w.state_at(s, t), "table"),
 }
 
@@ -284,7 +304,7 @@ def test_an_objective_may_ask_within_a_frame(pair: Pair) -> None:
     within = "sum_t (P(rho > 0 | script[:t, cheese]) + KL(script[:t-1] || script[:t, cheese]))"
     path = pair.random_script(Random(9), 5, events=0.2)
     frames = replay(pair.world, path.states, path.actions)
-    text = "world w\nlength 5\nrationality 0\nplausibility 0\nmaximize "
+    text = f"world w\nlength 5\n{BARE}maximize "
     score = fold_score(pair, text + within, frames)
     assert score == pytest.approx(float(asked(pair, frames, within)), abs=1e-9)
     earlier = "sum_{t in 2..T} P(rho > 0 | script[:t-1, cheese])"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -63,9 +64,13 @@ def hidden(folder: Path) -> list[Path]:
 def test_run_writes_script_and_pictures(place: Path, i2p: Run) -> None:
     done = i2p("run", "help.story", "--format", "png,html,svg")
     assert done.status == DONE
-    assert done.err == ""
+    heads, wish = done.err.splitlines()
+    assert heads.split("  ")[0] == "wish"
+    assert wish.startswith("maximize sum_t P(rho > 0 | script[:t])  ")
     lines = done.out.splitlines()
-    assert lines[0].startswith("help (seed 0): score ")
+    assert re.fullmatch(
+        r"help \(seed 0\): score [\d.]+, panel [\d.]+ \(worst [\d.]+\), still \d+ %", lines[0]
+    )
     files = [Path(line.strip()) for line in lines[1:]]
     assert {f.name for f in files} == {
         "script.json", "comic.png", "mind.png", "comic.svg", "mind.svg", "page.html",
@@ -78,7 +83,9 @@ def test_run_writes_script_and_pictures(place: Path, i2p: Run) -> None:
 def test_run_json(place: Path, i2p: Run) -> None:
     done = i2p("run", "walk.story", "--json", "--seed", "2", "--format", "svg", "--out", "here")
     document = json.loads(done.out)
-    assert set(document) == {"story", "seed", "score", "script", "files", "seconds"}
+    assert set(document) == {
+        "story", "seed", "score", "script", "still", "files", "seconds", "candidates", "wishes",
+    }  # fmt: skip
     assert document["story"] == "walk"
     assert document["seed"] == 2
     assert set(document["seconds"]) == {"plan", "compile", "search", "render"}
@@ -115,7 +122,14 @@ def test_candidates_are_written_side_by_side(place: Path, i2p: Run) -> None:
     document = json.loads(done.out)
     parts = document["candidates"]
     assert document["script"] == parts[0]["script"] == "out/help/script.json"
-    assert [p["score"] for p in parts] == sorted((p["score"] for p in parts), reverse=True)
+    assert all(set(p["panel"]) == {"mean", "worst"} and 0 <= p["still"] <= 1 for p in parts)
+    (wish,) = document["wishes"]
+    assert set(wish) == {"source", "reached", "possible", "frames"}
+    assert wish["possible"] >= wish["reached"]
+    scored = i2p("run", "help.story", "--candidates", "3", "--choose", "score", "--json")
+    scores = [p["score"] for p in json.loads(scored.out)["candidates"]]
+    assert scores == sorted(scores, reverse=True)
+    assert scores[0] >= parts[0]["score"]
     for number, part in enumerate(parts[1:], 2):
         assert part["script"] == f"out/help/candidate-{number}/script.json"
     assert len(parts) == 3 or "found that differ visibly" in done.err
@@ -753,7 +767,7 @@ def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.Mo
     def full(*_: Any, **__: Any) -> None:
         raise RuntimeError("ffmpeg failed: No space\nleft on device")
 
-    monkeypatch.setattr(film, "save_gif", full)
+    monkeypatch.setattr(film, "save_film", full)
     done = i2p("run", "walk.story", "--format", "gif", "--seeds", "0-1", "--json")
     assert done.status == WRONG
     assert done.err == "error: ffmpeg failed: No space left on device\n"
@@ -871,3 +885,17 @@ def test_fmt_formats_worlds_too(place: Path, i2p: Run) -> None:
     assert "    goals = {none}\n\nrewards\n    goal = 1\n" in Path("odd.world").read_text()
     assert i2p("fmt", "--check", "odd.world").status == 0
     assert i2p("check", "odd.world").status == 0
+
+
+def test_a_requirement_that_is_not_met_is_said(place: Path, i2p: Run) -> None:
+    lines = [
+        "world fork",
+        "length 1",
+        "search naive",
+        "require [at(robot, left)] before [idle(robot)]",
+    ]
+    Path("late.story").write_text("\n".join(lines), encoding="utf-8")
+    done = i2p("run", "late.story", "--json", "--format", "svg")
+    assert done.status == DONE
+    assert json.loads(done.out)["unmet"] == [lines[-1]]
+    assert done.err.startswith("late.story:4:1: warning[unmet]: no script was found that meets")

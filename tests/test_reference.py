@@ -359,12 +359,16 @@ def test_plausibility_counts_what_could_succeed(small, story):
 
 def test_stories_by_hand(small, story):
     helps = [ref.P(small, story, t, ref.HELPS) for t in (1, 2, 3)]
-    hinders = [ref.P(small, story, t, ref.HINDERS) for t in (1, 2, 3)]
     value = {name: ref.STORIES[name](small, story, 4) for name in ref.STORIES}
     assert value["help"] == close(sum(helps))
     assert value["help"] + value["hinder"] + value["indifferent"] == close(3)
-    assert value["betrayal"] == close(helps[0] + helps[1] + hinders[2])
-    assert value["misjudged"] == close(hinders[0] + hinders[1] + helps[2])
+    known = [ref.P(small, story, t, ref.HELPS, [ref.PINK]) for t in (1, 2)]
+    known.append(ref.P(small, story, 3, ref.HINDERS, [ref.PINK]))
+    near = [ref.adjacent(small, small.state_at(story, t), "robot", "cheese") for t in (1, 2, 3)]
+    moved = ref.moved_others(small, story, 2, {"rho"})
+    meetings = (near[0] or near[1]) + near[2]
+    assert value["betrayal"] == close(sum(known) + meetings - 0.5 * moved)
+    assert moved > 0
     assert value["irony"] <= 9
     calm = ref.arc(small, story, 4, steady=0)
     kl = sum(ref.KL(small, story, t - 1, t) for t in (1, 2, 3))
@@ -373,7 +377,7 @@ def test_stories_by_hand(small, story):
     values = [ref.EV(small, story, t, "robot") for t in (1, 2, 3)]
     assert calm == close(0.02 * sum(s * v for s, v in zip(sines, values, strict=True)))
     total = ref.objective("help", 4)(small, story)
-    automatic = ref.rationality(small, story) + ref.plausibility(small, story)
+    automatic = sum(weight * term(small, story) for weight, term in ref.AUTOMATIC.values())
     assert total == close(value["help"] + automatic)
 
 
@@ -401,11 +405,11 @@ def test_a_full_beam_is_exhaustive():
         [Object("table", may_be_absent=True)],
         gamma=G,
     )
-    start, score = {"cheese": (1, 0), "robot": (2, 0), "table": None}, ref.objective("betrayal", 2)
+    start, score = {"cheese": (1, 0), "robot": (2, 0), "table": None}, ref.objective("hinder", 2)
     best, script = ref.exhaustive(world, start, 2, score, ["table"])
     assert len(script["frames"]) == 2
     assert score(world, script) == best
     widths = [ref.beam(world, [start], 2, score, w, ["table"])[0] for w in (1, 10_000)]
     assert widths[0] <= widths[1] == best
     others = [start, {**start, "robot": (3, 0)}]
-    assert ref.beam(world, others, 2, score)[0] >= widths[0]
+    assert ref.beam(world, others, 2, score, 1, ["table"])[0] >= widths[0]

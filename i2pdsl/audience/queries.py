@@ -81,6 +81,17 @@ def surprise(beliefs: Array, log_rows: Array, mask: Array) -> Array:
     return -predicted.sum(-2).mean(-1)
 
 
+def expected_regret(log_beliefs: Array, regrets: Array, mask: Array) -> Array:
+    """How odd observed actions are to viewers, in nats: log of the probability of the best action
+    less that of the one taken, expected under what they believe once they saw it, [...].
+
+    Args:
+        log_beliefs: the belief just after each observed action, [..., U, O, H].
+        regrets: max_a log P(a | H) - log P(action | H) of each, [..., U, O, H].
+    """
+    return expectation(log_beliefs, regrets, mask).sum(-1)
+
+
 def suspense(
     log_belief: Array,
     log_rows: tuple[Array, ...],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import click
 from i2pdsl.commands.arguments import Assignment, Formats, Seeds
 from i2pdsl.commands.inputs import load_stories
 from i2pdsl.commands.pictures import draw
-from i2pdsl.errors import StoryError
+from i2pdsl.errors import StoryError, display_width, harmless, padded
 from i2pdsl.output import (
     DONE,
     INTERRUPTED,
@@ -23,7 +24,11 @@ from i2pdsl.output import (
 )
 
 if TYPE_CHECKING:
+    from i2pdsl.objective.wishes import Wish
     from i2pdsl.pipeline import Story
+    from i2pdsl.results import Choice
+
+WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
 
 
 @click.command()
@@ -51,6 +56,12 @@ if TYPE_CHECKING:
     default=1,
     help="About so many times the search's usual time; never a lower score. Default 1.",
 )
+@click.option(
+    "--choose",
+    type=click.Choice(["panel", "score"]),
+    default="panel",
+    help="Who puts candidates in order: other viewers than the story's, or its objective.",
+)
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def run(
@@ -62,6 +73,7 @@ def run(
     formats: tuple[str, ...],
     candidates: int,
     effort: int,
+    choose: Choice,
     naive: bool,
     as_json: bool,
 ) -> int:
@@ -84,7 +96,9 @@ def run(
         for number in chosen:
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
-                result, ended = make(story, number, place, formats, candidates, naive, effort)
+                result, ended = make(
+                    story, number, place, formats, candidates, choose, naive, effort
+                )
             except StoryError as problem:
                 show(problem.diagnostics)
                 status = WRONG
@@ -126,6 +140,7 @@ def make(
     folder: Path,
     formats: tuple[str, ...],
     candidates: int,
+    choose: Choice,
     naive: bool,
     effort: int,
 ) -> tuple[dict[str, Any], int]:
@@ -138,21 +153,37 @@ def make(
     from i2pdsl.progress import Bars
 
     with Bars() as bars:
-        found = story.solve(seed, candidates, naive, bars.watch, effort)
-    status = DONE if found.finished else INTERRUPTED
+        found = story.solve(seed, candidates, naive, bars.watch, choose, effort)
+        chosen = found.candidates[:candidates]  # a descent found more
+        parts: list[dict[str, Any]] = []
+        for script, judgement in zip(chosen, found.judgements, strict=False):
+            number = len(parts) + 1
+            place = folder if number == 1 else folder / f"candidate-{number}"
+            path = str(script.save(place / "script.json"))
+            panel = {"mean": judgement.mean, "worst": judgement.worst}
+            told = {"score": script.score, "script": path, "panel": panel, "still": script.still}
+            parts.append({**told, "files": {}})
+            if story.typed.requirements:
+                parts[-1]["unmet"] = [requirement.text for requirement in script.unmet]
+        wishes: tuple[Wish, ...] = ()
+        finished = found.finished
+        if found.finished:
+            wishes, finished = story.wishes(found.script, seed, naive, bars.watch)
+    status = DONE if finished else INTERRUPTED
     if not found.finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)
-    chosen = found.candidates[:candidates]  # a descent found more
+    elif not finished:
+        click.echo("interrupted: the script is kept, not all that is possible is known", err=True)
     if len(chosen) < candidates:
         count = len(chosen)
         alike = " that differ visibly" if story.typed.vocabulary.enumerable else ""
         click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
-    seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **found.seconds}
-    parts: list[dict[str, Any]] = []
-    for number, script in enumerate(chosen, 1):
-        place = folder if number == 1 else folder / f"candidate-{number}"
-        path = script.save(place / "script.json")
-        parts.append({"score": script.score, "script": str(path), "files": {}})
+    show([requirement.missed() for requirement in found.unmet])
+    show(story.doubts(found.script))
+    if wishes:
+        click.echo(wishes_in_words(wishes), err=True)
+    chosen = (replace(chosen[0], wishes=wishes), *chosen[1:])
+    seconds = {"plan": 0.0, "compile": 0.0, "search": 0.0, "render": 0.0, **bars.watch.seconds}
     began = time.perf_counter()
     try:
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
@@ -166,18 +197,36 @@ def make(
     document: dict[str, Any] = {
         "story": story.typed.name,
         "seed": seed,
-        **parts[0],
+        **{name: parts[0][name] for name in ("score", "script", "still", "files")},
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        "candidates": parts,
+        "wishes": [asdict(each) for each in wishes],
     }
-    if candidates > 1:
-        document["candidates"] = parts
     return document, status
+
+
+def wishes_in_words(wishes: tuple[Wish, ...]) -> str:
+    """A short table: what was reached, what was possible, and the frames that hurt."""
+    rows = [("wish", "reached", "possible", "frames that hurt it")]
+    for each in wishes:
+        possible = "unknown" if each.possible is None else f"{each.possible:.5g}"
+        few = [str(t) for t in each.frames[:FEW]] + ["..."] * (len(each.frames) > FEW)
+        source = harmless(each.source)
+        source = source if len(source) <= WIDE else source[: WIDE - 1] + "…"
+        rows.append((source, f"{each.reached:.5g}", possible, ", ".join(few) or "none"))
+    widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(padded(cell, width, right=0 < i < 3) for i, (cell, width) in cells).rstrip()
+        for cells in (enumerate(zip(row, widths, strict=True)) for row in rows)
+    )
 
 
 def report(result: dict[str, Any]) -> None:
     """A result for people: where everything is."""
-    for part in result.get("candidates", [result]):
+    for part in result["candidates"]:
         score = "unknown" if part["score"] is None else f"{part['score']:.6g}"
-        output(f"{result['story']} (seed {result['seed']}): score {score}")
+        mean, worst = part["panel"]["mean"], part["panel"]["worst"]
+        told = f"panel {mean:.6g} (worst {worst:.6g}), still {100 * part['still']:.0f} %"
+        output(f"{result['story']} (seed {result['seed']}): score {score}, {told}")
         for path in (part["script"], *part["files"].values()):
             output(f"  {path}")

@@ -2,9 +2,9 @@
 
 The words are those of the real grammars: each terminal of grammar/*.lark has a kind here. A text
 need not be right or finished: what no terminal matches is of kind `error`, and the pieces joined
-are always the text. Two things hang on what stands around a word, and are the same in the real
+are always the text. Some things hang on what stands around a word, and are the same in the real
 (contextual) lexer: a statement's word is one in the first column only, and `at` is a keyword in
-`deus: table at (1, 3)`, else a name.
+`deus: table at (1, 3)`, else a name; `before` is one behind `]`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 from i2pdsl.language.forms import BY_TERMINAL
 
+EVER = ("NEVER_KW", "EVENTUALLY_KW", "WHEN_KW")  # what is asked of all frames
 TERMINALS = {
     **{f"{word.upper()}_KW": "keyword" for word in STATEMENT_WORDS},
     **dict.fromkeys(("IF_KW", "THEN_KW", "ELSE_KW"), "keyword"),
-    **dict.fromkeys(("AND_KW", "OR_KW", "NOT_KW", "IN_KW", "AT_KW"), "keyword"),
-    **dict.fromkeys((*BY_TERMINAL, "LAST_KW"), "form"),
+    **dict.fromkeys(("AND_KW", "OR_KW", "NOT_KW", "IN_KW", "AT_KW", "BEFORE_KW"), "keyword"),
+    **dict.fromkeys((*BY_TERMINAL, "LAST_KW", *EVER), "form"),
     **dict.fromkeys(("SCRIPT_KW", "T_VAR", "T_END", "NAME_T"), "story"),
     **dict.fromkeys(("BIG_T", "BIG_OPEN"), "reduction"),
     **dict.fromkeys(("LPAR", "RPAR", "LSQB", "RSQB", "LBRACE", "RBRACE"), "bracket"),
@@ -80,6 +81,8 @@ def colour(text: str, names: Mapping[str, str] | None = None) -> Iterator[Piece]
     for terminal, start, end in _scan(text, *_story()):
         kind = TERMINALS.get(terminal, "error")
         if terminal == "AT_KW" and [p.terminal for p in before] != ["NAME", "COLON", "NAME"]:
+            terminal, kind = "NAME", "name"
+        if terminal == "BEFORE_KW" and (not before or before[-1].terminal != "RSQB"):
             terminal, kind = "NAME", "name"
         if kind == "keyword" and terminal in _STATEMENT_TERMINALS and not _first(text, start):
             terminal, kind = "NAME", "name"

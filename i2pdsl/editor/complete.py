@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from i2pdsl.editor.colours import TERMINALS
+from i2pdsl.editor.colours import EVER, TERMINALS
 from i2pdsl.editor.enclosure import enclosures
 from i2pdsl.editor.names import functions_at, names_at
 from i2pdsl.editor.offers import Offer
@@ -27,6 +27,7 @@ __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surr
 _HIDDEN = HIDDEN.terminal
 _NUMERIC = frozenset((*BY_TERMINAL, "LAST_KW")) - {_HIDDEN}
 _NUMBER = _NUMERIC | {"BIG_T", "BIG_OPEN", "LSQB", "LPAR", "MINUS", "IF_KW", "T_VAR", "T_END"}
+_NUMBER |= {"WHEN_KW"}
 _QUANTITY = frozenset((_HIDDEN, "LPAR", "MINUS", "IF_KW", "NOT_KW", "T_VAR", "T_END"))
 _INDEX = frozenset(("T_VAR", "T_END", "LAST_KW", "LPAR", "MINUS", "COLON"))
 _SCRIPT = frozenset(("SCRIPT_KW", "LPAR"))
@@ -35,7 +36,7 @@ _FITTING: dict[str, frozenset[str]] = {
     "any": _NUMBER | _SCRIPT | _EVENT | {_HIDDEN},
     "number": _NUMBER | {_HIDDEN},
     "constant": frozenset(("MINUS", "LPAR")),
-    "condition": _NUMBER | {"NOT_KW"},
+    "condition": _NUMBER | {"NOT_KW", "NEVER_KW", "EVENTUALLY_KW"},
     "index": _INDEX,
     "cell": frozenset(("MINUS",)),
     "point": frozenset(("LPAR",)),
@@ -49,6 +50,7 @@ _FITTING: dict[str, frozenset[str]] = {
     "predicate": _EVENT,
     "state": _EVENT,
     "place": frozenset(("LPAR",)),
+    "spot": frozenset(("LPAR",)),
 }
 """The terminals that can begin what makes sense in a slot; none in those that hold names only."""
 
@@ -207,7 +209,7 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
-    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS"):
+    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`

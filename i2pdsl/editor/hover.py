@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from i2pdsl.editor.colours import Piece, colour
+from i2pdsl.editor.colours import EVER, Piece, colour
 from i2pdsl.editor.complete import offers_at
 from i2pdsl.editor.names import definition_offer, latent_offer
 from i2pdsl.editor.offers import Offer
@@ -27,6 +27,7 @@ _FORMS: dict[str, tuple[type[ast.Node], ...]] = {
     "LAST_KW": (ast.LastOf,),
     "BIG_T": (ast.Reduction,),
     "BIG_OPEN": (ast.Reduction,),
+    **dict.fromkeys(EVER, (ast.Ever,)),
     "SCRIPT_KW": (ast.Prefix, ast.FrameOf, ast.Append, ast.Script),
     "IF_KW": (ast.If,),
     "NAME": (ast.Call, ast.Name),

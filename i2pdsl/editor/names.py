@@ -46,6 +46,7 @@ _SORTS = {
     "thing": ("character", "object"),
     "object": ("object",),
     "place": ("place",),
+    "spot": ("character", "object", "place"),
 }
 _LATENTS = ("any", "event", "assumption", "quantity", "quantity or value", "latent")
 _HIDDEN = (*_LATENTS, "latent or script", "script or event")
@@ -183,14 +184,14 @@ def _of_world(place: Place, slot: Slot, world: Vocabulary) -> Iterator[Offer]:
                 yield latent_offer(latent)
     if kind in ("predicate", "state"):
         for predicate in world.predicates.values():
-            if kind == "predicate" or not (predicate.needs_action or predicate.is_number):
+            if kind == "predicate" or not predicate.needs_action:
                 signature = f"{predicate.name}({', '.join(predicate.parameters)})"
                 yield Offer(predicate.name, "predicate", signature, predicate.documentation)
-    if kind in ("character", "thing", "any"):
+    if kind in ("character", "thing", "spot", "any"):
         yield from _characters(world)
-    if kind in ("object", "thing"):
+    if kind in ("object", "thing", "spot"):
         yield from _objects(world)
-    if kind == "place":
+    if kind in ("place", "spot"):
         for name, cells in world.places.items():
             yield Offer(name, "place", ", ".join(map(str, cells)))
     if kind == "actor":

@@ -13,6 +13,7 @@ from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.forms import ABOUT, APART, BY_NAME, UNSURE
 from i2pdsl.language.kinds import parameter_kinds
 from i2pdsl.language.scope import Module
+from i2pdsl.language.vocabulary import Weights
 
 _ARITHMETIC = ("PLUS", "MINUS", "STAR", "SLASH", "CARET")
 _OF_PARAMETER = {
@@ -28,6 +29,7 @@ _OF_PARAMETER = {
     "thing": "thing",
     "object": "object",
     "place": "place",
+    "spot": "spot",
 }
 _OF_STATEMENT = {
     "world": "world",
@@ -37,11 +39,11 @@ _OF_STATEMENT = {
     "import": "library",
     "maximize": "number",
     "minimize": "number",
-    "rationality": "constant",
-    "plausibility": "constant",
+    **dict.fromkeys(Weights._fields, "constant"),
     "assume": "assumption",
     "audience": "audience",
     "search": "search",
+    "require": "condition",
 }
 
 
@@ -60,11 +62,11 @@ class Slot:
     Attributes:
         kind: any, number, constant, event, quantity, condition (of frames and numbers), latent,
             script, latent or script, script or event, value (of the latent `name`), values (of
-            any), quantity or value, index, predicate, state (a predicate of the start),
-            character, object, thing (either), place, cell, point, actor, action, dropped (by the
-            event `name`), world, library, audience, search, setting (of the owner `name`),
-            setting value (`owner name`), occurrence, assumption, new (a name that is being
-            given) or nothing.
+            any), quantity or value, index, predicate, state (a predicate of the start), character,
+            object, thing (either), place, spot (any of them), cell, point, actor, action, dropped
+            (by the event `name`), world, library, audience, search, setting (of the owner `name`),
+            setting value (`owner name`), occurrence, assumption, new (a name that is being given)
+            or nothing.
         parameters: the parameters of a pattern that can be named here, and `slot` is then that of
             the next one by position.
         time: whether `t` means something.
@@ -146,7 +148,7 @@ class Place:
                 return Slot("number")
             case "group":
                 around = self._at(level - 1)
-                return Slot("cell") if around.kind in ("place", "point") else around
+                return Slot("cell") if around.kind in ("place", "spot", "point") else around
             case "call":
                 return self._of_call(enclosure, level)
             case "parameters":
@@ -212,6 +214,8 @@ class Place:
             return Slot(kinds[position] if position < len(kinds) else "nothing")
         if name == "points":
             return Slot("point")
+        if name in FUNCTIONS and FUNCTIONS[name].takes != "number":
+            return Slot(FUNCTIONS[name].takes)
         if name in FUNCTIONS:
             around = self._at(level - 1)
             return Slot("quantity" if around.kind in ("event", "quantity", "value") else "number")

@@ -87,6 +87,8 @@ def _story_rules() -> _Rules:
     # `deus: table at (1, 3)`; elsewhere `at` is a predicate.
     fall = rf"(:)\s*({_NAME})\s+(at)\b"
     yield {"match": fall, "captures": {"1": "sign", "2": "name", "3": "keyword"}}
+    # `require [...] before [...]`; elsewhere `before` is a name.
+    yield {"match": r"(\])\s*(before)\b", "captures": {"1": "bracket", "2": "keyword"}}
     yield _rule("reduction", r"\b(?:sum|mean|min|max)_(?:t\b|\{)")
     for kind in ("keyword", "form", "story"):
         yield _rule(kind, rf"\b(?:{'|'.join(_words(kind))})\b")
@@ -127,7 +129,7 @@ def _words(kind: str) -> list[str]:
     words = {
         text for name, texts in spellings().items() if TERMINALS[name] == kind for text in texts
     }
-    return sorted(words - set(STATEMENT_WORDS) - {"at"})
+    return sorted(words - set(STATEMENT_WORDS) - {"at", "before"})
 
 
 def _any_of(signs: list[str]) -> str:

@@ -156,6 +156,16 @@ class Arithmetic(Elaboration):
 
     def function(self, node: ast.Call, env: Env) -> Item:
         function = FUNCTIONS[node.callee.id]
+        self.check_arity(node, env)
+        if function.takes != "number":
+            message = f"`{function.name}` stands for latents, it is no number"
+            raise self.blame("type", message, node, env, f"write `{function.example}`")
+        values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
+        return Item("number", self.apply(function.name, tuple(values), node, env))
+
+    def check_arity(self, node: ast.Call, env: Env) -> None:
+        """Refuses too few, too many and named arguments of a function."""
+        function = FUNCTIONS[node.callee.id]
         low, high = function.arity
         if not low <= len(node.arguments) <= high:
             count = f"{low}" if low == high else f"at least {low}"
@@ -166,8 +176,6 @@ class Arithmetic(Elaboration):
                 message = f"`{function.name}` has no parameter `{argument.name.id}`"
                 hint = f"write `{function.signature}`"
                 raise self.fail("arguments", message, argument.span, env, hint)
-        values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
-        return Item("number", self.apply(function.name, tuple(values), node, env))
 
     def points(self, node: ast.Call, env: Env) -> Item:
         if env.times is None:

@@ -228,6 +228,14 @@ class Holds(Node):
     frame: Expr
 
 
+@dataclass(frozen=True, slots=True)
+class Ever(Node):
+    """`never [predicate]`, `eventually [predicate]`, or the frame `when [predicate]` comes."""
+
+    word: str
+    predicate: Expr
+
+
 Expr = (
     Number
     | Text
@@ -255,6 +263,7 @@ Expr = (
     | LastOf
     | Form
     | Holds
+    | Ever
 )
 
 # Statements.
@@ -324,7 +333,7 @@ class Objective(Node):
 
 @dataclass(frozen=True, slots=True)
 class Weight(Node):
-    """`rationality W` or `plausibility W`; `term` says which."""
+    """The weight of an automatic term, such as `rationality W`; `term` says which."""
 
     term: str
     value: Expr
@@ -349,6 +358,14 @@ class Search(Node):
     settings: tuple[Argument, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Require(Node):
+    """`require condition`, or `require [first] before [second]`, where `second` is given."""
+
+    condition: Expr
+    second: Expr | None = None
+
+
 Statement = (
     World
     | LengthIs
@@ -362,6 +379,7 @@ Statement = (
     | Assume
     | Audience
     | Search
+    | Require
 )
 
 
@@ -415,4 +433,4 @@ def walk(node: Node) -> Iterator[Node]:
 def is_belief(node: Node) -> bool:
     """Whether a node asks what viewers believe or see, and no event or quantity can hold it."""
     is_form = isinstance(node, Form) and node.kind.shape is not forms.HIDDEN
-    return is_form or isinstance(node, Holds)
+    return is_form or isinstance(node, Holds | Ever)

@@ -20,6 +20,7 @@ from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
 MOST_CELLS = 10_000  # of a table of several latents
 UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
+OTHERS = "others"
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
 
 
@@ -211,6 +212,8 @@ class Beliefs(Frames):
         if form.about == "event":
             return self.mask(operand, env, "event")
         if form.about == "latent":
+            if isinstance(operand, ast.Call) and operand.callee.id == OTHERS:
+                return self.others(operand, env)
             return self.partition(self.latent(operand, env))
         if env.inside:
             return ty.Constant(0.0)  # `given` refuses a belief here
@@ -277,6 +280,31 @@ class Beliefs(Frames):
             for row in self.world.hypotheses
         )
         return ty.Partition((*(show_value(v) for v in latent.values), UNKNOWN), index)
+
+    def others(self, node: ast.Call, env: Env) -> ty.Partition:
+        """`others(event, ...)`: all latents together but those that the events are about."""
+        self.check_arity(node, env)
+        events = self.each([lambda a=a: self.mask(a.value, env, "event") for a in node.arguments])  # type: ignore[misc]
+        about = {latent for event in events for latent in self.latents_of(event)}
+        parts = [self.partition(x) for x in self.world.latents.values() if x.name not in about]
+        values = [
+            ", ".join(part.labels[i] for part, i in zip(parts, row, strict=True))
+            for row in zip(*(part.index for part in parts), strict=True)
+        ] or [""] * len(self.world.hypotheses)  # nothing else is hidden here
+        labels = tuple(dict.fromkeys(values))
+        return ty.Partition(labels, tuple(map(labels.index, values)))
+
+    def latents_of(self, event: ty.Mask) -> list[str]:
+        """The latents that an event is about: the fewest by whose values it can be told."""
+        needed = list(self.world.latents)
+        for latent in self.world.latents:
+            fewer = [name for name in needed if name != latent]
+            told: dict[tuple[Any, ...], set[bool]] = {}
+            for row, holds in zip(self.world.hypotheses, event, strict=True):
+                told.setdefault(tuple(map(row.get, fewer)), set()).add(holds)
+            if all(len(found) == 1 for found in told.values()):
+                needed = fewer
+        return needed
 
     def latent(self, node: ast.Expr, env: Env) -> Latent:
         latent = self.latent_named(node, env)

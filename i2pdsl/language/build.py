@@ -66,7 +66,7 @@ class Builder:
                 return ast.Objective(span, 1, self.expression(rest))
             case "minimize":
                 return ast.Objective(span, -1, self.expression(rest))
-            case "rationality" | "plausibility":
+            case "rationality" | "plausibility" | "naturalness" | "luck" | "liveliness":
                 return ast.Weight(span, str(tree.data), self.expression(rest))
             case "assume":
                 condition = self.expression(rest)
@@ -74,6 +74,11 @@ class Builder:
                 return ast.Assume(span, None if nothing else condition)
             case "audience":
                 return ast.Audience(span, self.name(rest), self.settings(parts[2]))
+            case "require":
+                return ast.Require(span, self.expression(rest))
+            case "require_order":
+                second: Any = parts[6]
+                return ast.Require(span, self.expression(parts[2]), self.expression(second))
             case _:
                 return ast.Search(span, self.name(rest), self.settings(parts[2]))
 
@@ -253,6 +258,9 @@ class Builder:
 
     def _holds(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.Holds(span, self.expression(p[1]), self.expression(p[3]))
+
+    def _ever(self, span: Span, p: list[Any]) -> ast.Expr:
+        return ast.Ever(span, str(p[0]), self.expression(p[2]))
 
 
 def _mark(item: Any) -> bool:

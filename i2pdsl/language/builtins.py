@@ -12,9 +12,11 @@ from i2pdsl.language.forms import BELIEFS, BY_NAME, Word
 
 @dataclass(frozen=True)
 class Function(Word):
-    """A function of numbers, as in mathematics; `arity` is (fewest, most) arguments."""
+    """A function of numbers, as in mathematics, or of what it `takes` instead; `arity` is (fewest,
+    most) arguments."""
 
     arity: tuple[int, int] = (1, 1)
+    takes: str = "number"
 
 
 def _function(
@@ -42,6 +44,14 @@ FUNCTIONS: dict[str, Function] = {
             "points((0, 0), (0.3, 1), (1, -1))",
             (2, 999),
         ),
+        Function(
+            "others",
+            "others(event, ...)",
+            "all latents but those that the events are about, where a latent stands",
+            "KL(others(rho > 0); script[:T-1] || script[:T])",
+            (1, 99),
+            "event",
+        ),
     )
 }
 
@@ -60,6 +70,24 @@ FORMS: tuple[Word, ...] = (
         "[predicate @ script[k]]",
         "1 where a predicate of the world holds in frame k, else 0",
         "[moved(robot) @ script[T]]",
+    ),
+    Word(
+        "eventually",
+        "eventually [predicate]",
+        "whether a predicate of the world holds in some frame",
+        "eventually [pushes(robot, cheese)]",
+    ),
+    Word(
+        "never",
+        "never [predicate]",
+        "whether it holds in no frame",
+        "never [moved(cheese)]",
+    ),
+    Word(
+        "when",
+        "when [predicate]",
+        "the number of the first frame in which it holds; T+1 where it never does",
+        "sum_t (if t < when [pushes(robot, cheese)] then 1 else 0)",
     ),
     Word(
         "++",
@@ -153,6 +181,24 @@ STATEMENTS: tuple[Word, ...] = (
         "plausibility 0.5",
     ),
     Word(
+        "naturalness",
+        "naturalness W",
+        "the weight of the automatic term by which nobody does what makes no sense to viewers",
+        "naturalness 0.2",
+    ),
+    Word(
+        "luck",
+        "luck W",
+        "the weight of the automatic term by which luck comes in no long runs",
+        "luck 1",
+    ),
+    Word(
+        "liveliness",
+        "liveliness W",
+        "the weight of the automatic term by which something is seen to happen in each frame",
+        "liveliness 0.1",
+    ),
+    Word(
         "audience",
         "audience NAME(setting = value, ...)",
         "other viewers than the world's own",
@@ -164,15 +210,21 @@ STATEMENTS: tuple[Word, ...] = (
         "how to look for the script: `beam`, `descend` or `naive`",
         "search beam(starts = 100, width = 5)",
     ),
+    Word(
+        "require",
+        "require CONDITION, require [predicate] before [predicate]",
+        "what must hold in the finished script, before any objective counts; several add up",
+        "require eventually [at(robot, pink)]",
+    ),
 )
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
-_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize")
+_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require")
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 
-_FORM_WORDS = "script t T last if then else and or not in"
+_FORM_WORDS = "script t T last if then else and or not in never eventually when"
 _SUMS = "sum_t mean_t min_t max_t"
 RESERVED = frozenset((*STATEMENT_WORDS, *BY_NAME, *_FORM_WORDS.split(), *_SUMS.split()))
 """The words that nothing else can be called."""

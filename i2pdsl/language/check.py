@@ -32,12 +32,13 @@ from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
     Library,
     Observer,
+    Requirement,
     SearchPlan,
     TypedStory,
     default_assumption,
 )
 from i2pdsl.language.unused import check_unused
-from i2pdsl.language.vocabulary import Settings, Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 from i2pdsl.resources import data_folder
 
 __all__ = [
@@ -83,8 +84,9 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     """By place, those of the file itself first; without repetitions."""
     unique: dict[object, Diagnostic] = {}
     for d in problems:
-        # A mistake inside a pattern is the same wherever the pattern is used.
-        what = d.code if d.notes else (d.code, d.message)
+        # A mistake in a pattern is one wherever the pattern is used, and so is one in an argument
+        # wherever the pattern puts it in.
+        what = None if d.notes else (d.code, d.message)
         unique.setdefault((d.span.source.name, d.span, what), d)
     return sorted(
         unique.values(),
@@ -131,7 +133,7 @@ class _Checker:
     def check_single(self) -> None:
         for kind in _SINGLE:
             self.only_one(self.program.of(kind))
-        for term in ("rationality", "plausibility"):
+        for term in Weights._fields:
             self.only_one([w for w in self.program.of(ast.Weight) if w.term == term])
 
     def only_one(self, statements: list[Any]) -> None:
@@ -202,6 +204,7 @@ class _Checker:
         allow = self.allow()
         weights = self.weights()
         typed = tuple(o for o in map(self.objective, objectives) if o is not None)
+        requirements = tuple(map(self.requirement, self.program.of(ast.Require)))
         plan = self.settings.search(search)
         check_unused(self.program, self.module, self.elaborator, self.problems.append)
         return TypedStory(
@@ -214,12 +217,12 @@ class _Checker:
             start=start,
             allow=allow,
             objective=typed,
-            rationality=weights["rationality"],
-            plausibility=weights["plausibility"],
+            weights=weights,
             assumption=self.elaborator.assumption,
             observers=observers,
             search=plan,
             module=self.module,
+            requirements=tuple(r for r in requirements if r is not None),
         )
 
     def vocabulary(self, world: ast.World) -> Vocabulary | None:
@@ -335,18 +338,20 @@ class _Checker:
             raise self.elaborator.fail("no-event", message, node.span, self.env, hint)
         return node.callee.id, name
 
-    def weights(self) -> dict[str, float]:
-        found = {"rationality": 1.0, "plausibility": 1.0}
+    def weights(self) -> Weights:
+        found = {term: w for term, w in Weights()._asdict().items() if term in self.world.automatic}
         for statement in self.program.of(ast.Weight):
-            if not self.world.has_rationality:
-                message = f"world {self.world.world} has no automatic terms to weigh"
+            if statement.term not in self.world.automatic:
+                message = f"world {self.world.world} has no automatic term `{statement.term}`"
                 warning = Diagnostic("world", message, statement.span, severity="warning")
                 self.problems.append(warning)
             try:
-                found[statement.term] = self.elaborator.constant(statement.value, self.env)
+                value = self.elaborator.constant(statement.value, self.env)
             except Stop:
                 continue
-        return found
+            if statement.term in self.world.automatic:
+                found[statement.term] = value
+        return Weights(**{term: found.get(term, 0.0) for term in Weights._fields})
 
     def objective(self, statement: ast.Objective) -> tuple[int, ty.Typed] | None:
         text = statement.value.span.text
@@ -358,6 +363,30 @@ class _Checker:
                 return None
             self.values[text] = value
         return statement.sign, value
+
+    def requirement(self, statement: ast.Require) -> Requirement | None:
+        first, second = statement.condition, statement.second
+        try:
+            if second is None:
+                item = self.elaborator.item(first, self.env)
+                value = item.value
+                if item.kind == "number" and not self.elaborator.is_predicate(value):
+                    message, hint = (
+                        "expected a condition, found a number",
+                        "compare it: `... > 0.9`",
+                    )
+                    raise self.elaborator.blame("type", message, first, self.env, hint)
+                if item.kind not in ("number", "truth"):
+                    raise self.elaborator.wrong_kind("a condition", item, first, self.env)
+            else:
+                value = self.elaborator.order(first, second, self.env)
+            if not any(isinstance(n, ty.Moment) for n in ty.walk(value)):
+                message = "this says nothing about the script"
+                hint = "for instance `require eventually [...]`, or `P(... | script[:T]) > 0.9`"
+                raise self.elaborator.fail("require", message, first.span, self.env, hint)
+        except Stop:
+            return None
+        return Requirement(value, statement.span)
 
 
 @cache

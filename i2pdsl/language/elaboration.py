@@ -210,7 +210,8 @@ class Elaboration:
     def is_predicate(self, value: object) -> bool:
         """Whether a form of a frame is a predicate, 1 or 0, and no quantity."""
         if not isinstance(value, ty.Feature):
-            return False
+            one_or_zero = (ty.Constant(1.0), ty.Constant(0.0))
+            return isinstance(value, ty.Apply) and value.arguments[1:] == one_or_zero
         return not self.world.predicates[value.predicate].is_number
 
     def wrong_kind(self, wanted: str, item: Item, node: ast.Expr, env: Env) -> Stop:
@@ -415,13 +416,19 @@ class Elaboration:
         names = {*env.names, *env.module.known(), *self.world.latents, *FUNCTIONS, "pi"}
         return names | {"script"}
 
+    @property
+    def first_pictures(self) -> str:
+        """What can be said of a first picture, in words."""
+        names = [f"`{p.name}`" for p in self.world.predicates.values() if not p.needs_action]
+        return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)
+
     def outside_belief(self, latent: Latent, node: ast.Expr, env: Env) -> Stop:
         """A latent's value was asked for where only frames and beliefs are known."""
         message = f"`{latent.name}` is hidden from the viewers"
         hint = f"ask what they believe: `P({latent.name} ... | script[:t])`"
         if env.inside == "start":
             message = f"`{latent.name}` is no part of the first picture"
-            hint = "the start is described by `at`, `absent` and `adjacent`"
+            hint = "the start is described by " + self.first_pictures
         return self.blame("hidden", message, node, env, hint)
 
 

@@ -119,7 +119,8 @@ BELIEFS: tuple[Form, ...] = (
     Form(
         "KL",
         "KL(latent; script[:a] || script[:b])",
-        "the divergence of the belief after b frames from the belief after a, in nats",
+        "the divergence of the belief after b frames from the belief after a, in nats; about "
+        "`others(event, ...)` of all latents but those that the events are about",
         "KL(rho; script[:T-1] || script[:T])",
         APART,
         about="latent",

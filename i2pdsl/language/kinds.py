@@ -191,9 +191,11 @@ class Inference:
                     kind = self.result(found.item, found.module, depth + 1)
                     over = kind == "number" and isinstance(node, ast.Call)
                     return self.over_time(node, module, own) if over else kind
-                if name in FUNCTIONS:
+                if name in FUNCTIONS and FUNCTIONS[name].takes == "number":
                     return self.over_time(node, module, own)
                 return "predicate" if isinstance(node, ast.Call) else "any"
+        if isinstance(node, ast.Ever):
+            return "number" if node.word == "when" else "event"
         if isinstance(node, _CONDITIONS):
             return "event"
         return self.over_time(node, module, own) if isinstance(node, _NUMBERS) else "any"
@@ -276,6 +278,8 @@ class _Roles:
                 believed = "" if node.kind.shape is HIDDEN else "event"
                 self.each(about, _ABOUT.get(node.kind.about, node.kind.about), believed or inside)
                 self.given(given)
+            case ast.Ever(predicate=predicate):
+                self.visit(predicate, "predicate", "frame")
             case ast.Holds(predicate=predicate, frame=frame):
                 self.visit(predicate, "predicate", "frame")
                 self.visit(frame, "any", "")
@@ -319,17 +323,18 @@ class _Roles:
         kinds: dict[str, str] = {}
         if found is not None and isinstance(found.item, ast.Pattern):
             kinds = self.inference.kinds(found.item, found.module)
-        usual = "number" if found is None and node.callee.id in FUNCTIONS else "any"
+        function = FUNCTIONS.get(node.callee.id) if found is None else None
+        usual = function.takes if function is not None else "any"
         for name, value in arguments.items():
             kind = kinds.get(name, usual)
             self.visit(value, kind, "event" if kind in ("event", "latent") else inside)
 
 
 def _counts_frames(node: ast.Expr) -> bool:
-    """`t`, or `t - 1`: what is compared with it is the number of a frame."""
+    """`t`, `t - 1` or `when [...]`: what is compared with it is the number of a frame."""
     if isinstance(node, ast.Sum):
         return any(_counts_frames(term) for term in node.terms)
-    return isinstance(node, ast.Time)
+    return isinstance(node, ast.Time) or (isinstance(node, ast.Ever) and node.word == "when")
 
 
 def _with_default(kind: str, default: ast.Expr) -> str:

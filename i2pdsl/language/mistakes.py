@@ -11,6 +11,7 @@ from i2pdsl.errors import Diagnostic, Source, Span, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.language.forms import APART, BY_NAME, BY_TERMINAL, EXPECTED
 from i2pdsl.language.tables import END, UnexpectedError
+from i2pdsl.language.vocabulary import Weights
 
 _OPERAND = "an expression"
 _WORDS = {
@@ -58,15 +59,16 @@ _EXAMPLES = {
     "import": "import mylibrary",
     "maximize": "maximize sum_t P(rho > 0 | script[:t])",
     "minimize": "minimize sum_t P(rho > 0 | script[:t])",
-    "rationality": "rationality 1",
-    "plausibility": "plausibility 1",
+    **{term: f"{term} {weight:g}" for term, weight in Weights()._asdict().items()},
     "assume": "assume nothing",
     "audience": "audience bayesian(beta = 1)",
     "search": "search beam(starts = 500)",
+    "require": "require eventually [moved(robot)]",
     "map": "map, and the rows of the map in indented lines",
 }
 _TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
 _MARK = re.compile(r'["#()\[\]{}]')
+_EVERY = re.compile(r"\b(never|eventually|when|before)\s*\[[^\[\]]*$")
 _HINTS_FOR_CHARACTERS = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -154,6 +156,8 @@ def _ends_too_early(
         hint = "every `if` needs its `else`"
     elif span.text.strip() == word and word in _EXAMPLES:
         hint = f"for instance `{_EXAMPLES[word]}`"
+    if word == "require" and "BEFORE_KW" in expected:
+        hint = "say when: `[... @ script[T]]`, `eventually [...]`, `never [...]`"
     wanted = _expectation(expected, "")
     message = "the statement ends too early"
     return Diagnostic("syntax", f"{message}{f', expected {wanted}' if wanted else ''}", place, hint)
@@ -194,6 +198,9 @@ def _hint(
         return "the first t frames are `script[:t]`, from the beginning on"
     if token.type == "LSQB" and last == "]" and "++" in text:
         return "put the longer script in parentheses: `(script ++ [...])[:t]`"
+    every = _EVERY.search(text)
+    if token.type == "AT" and every:
+        return f"`{every[1]}` looks at all frames; leave out the `@ ...`"
     if token.type == "RSQB" and "AT" in expected:
         return "a predicate is asked of a frame: `[... @ script[t]]`"
     if token.type == "COLON" and "AT" in expected:

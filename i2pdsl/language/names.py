@@ -63,6 +63,8 @@ class _Names:
             case ast.Holds():
                 self.visit(node.predicate, True)
                 self.visit(node.frame, False)
+            case ast.Ever():
+                self.visit(node.predicate, True)
             case _:
                 for child in ast.children(node):
                     self.visit(child, seen)

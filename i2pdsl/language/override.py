@@ -8,8 +8,9 @@ from i2pdsl.language import ast
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.parse import parse_expression, parse_tolerantly
 from i2pdsl.language.settings import SEARCH_SETTINGS
+from i2pdsl.language.vocabulary import Weights
 
-_STATEMENTS = ("length", "rationality", "plausibility")
+_STATEMENTS = ("length", *Weights._fields)
 
 
 def override(
@@ -21,8 +22,9 @@ def override(
 ) -> Source:
     """The story with `name` set to `value` (an expression, as it would be written).
 
-    A name is a `let` of the file, `length`, `rationality`, `plausibility`, a setting of the search
-    (`starts`, `steps`, ...) or of the world (`beta`, ...). `method` is the world's usual search.
+    A name is a `let` of the file, `length`, the weight of an automatic term, a setting of the
+    search (`starts`, `steps`, ...) or of the world (`beta`, ...). `method` is the world's usual
+    search.
     Raises StoryError for any other, and for a value that is not one expression.
     """
     where, is_set = f"--set {name}", value.lstrip().startswith("{")

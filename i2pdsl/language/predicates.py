@@ -30,23 +30,45 @@ class Predicates(Arithmetic):
         if item.kind != "frame":
             message = f"expected a frame of a script, found {ITEMS_IN_WORDS[item.kind]}"
             raise self.blame("type", message, node.frame, env, "write `[... @ script[t]]`")
-        before, self.moment = self.moment, item.value
+        return Item("number", _number(self.seen(node.predicate, item.value, env)))
+
+    def seen(self, node: ast.Expr, moment: ty.Moment, env: Env) -> Item:
+        """A predicate or quantity of a frame."""
+        before, self.moment = self.moment, moment
         try:
-            value = self.item(node.predicate, replace(env, inside="frame"))
+            value = self.item(node, replace(env, inside="frame"))
         finally:
             self.moment = before
         features = [n for n in ty.walk(value.value) if isinstance(n, ty.Feature)]
         if value.kind not in ("number", "truth") or not features:
             hint = "predicates: " + ", ".join(p.name for p in self.world.predicates.values())
-            raise self.blame(
-                "predicate", "expected a predicate of the world", node.predicate, env, hint
-            )
-        if value.kind == "truth":
-            if isinstance(value.value, ty.Feature):
-                return Item("number", value.value)
-            one, zero = ty.Constant(1.0), ty.Constant(0.0)
-            return Item("number", ty.Apply("choose", (value.value, one, zero)))
+            raise self.blame("predicate", "expected a predicate of the world", node, env, hint)
         return value
+
+    def on_ever(self, node: ast.Ever, env: Env) -> Item:
+        if env.inside:
+            message = f"`{node.word} [...]` cannot stand inside {INSIDE[env.inside]}"
+            hint = "it is about all frames of the script"
+            raise self.fail("predicate", message, node.span, env, hint)
+        every = ty.Moment((), range(1, self.length + 1), 1)
+        item = self.seen(node.predicate, every, replace(env, times=None, reached=None))
+        if item.kind != "truth":
+            message = f"`{node.word}` needs what holds or does not, this is a number"
+            hint = "compare it: `[... > 1]`"
+            raise self.blame("type", message, node.predicate, env, hint)
+        body = _number(item)
+        if node.word == "when":
+            return Item("number", ty.When(body, self.length))
+        ever = ty.Reduction("max", 1, self.length, body) if self.length else ty.Constant(0.0)
+        return Item("truth", ever if node.word == "eventually" else ty.Apply("not", (ever,)))
+
+    def order(self, first: ast.Expr, second: ast.Expr, env: Env) -> ty.Typed:
+        """Whether two predicates come to hold, the first one in an earlier frame."""
+        ever = lambda word, n: self.item(ast.Ever(n.span, word, n), env).value
+        when, then = self.both(lambda: ever("when", first), lambda: ever("when", second))
+        in_time = ty.Apply("less", (when, ty.Constant(float(self.length))))
+        earlier = ty.Apply("less", (when, then))
+        return ty.Apply("and", (earlier, in_time, ever("eventually", second)))
 
     def predicate(self, node: ast.Call, env: Env) -> Item:
         predicate = self.world.predicates[node.callee.id]
@@ -55,9 +77,9 @@ class Predicates(Arithmetic):
             hint = f"write `[{predicate.name}(...) @ script[t]]`"
             message = f"`{predicate.name}` is asked of a frame"
             raise self.fail("predicate", message, node.span, env, hint)
-        if env.inside == "start" and (predicate.needs_action or predicate.is_number):
+        if env.inside == "start" and predicate.needs_action:
             message = f"`{predicate.name}` needs a frame, but nothing has happened at the start"
-            hint = "the start is described by `at`, `absent` and `adjacent`"
+            hint = "the start is described by " + self.first_pictures
             raise self.fail("predicate", message, node.span, env, hint)
         count = len(predicate.parameters)
         if len(node.arguments) != count:
@@ -82,6 +104,8 @@ class Predicates(Arithmetic):
             return self.place(node, env)
         if kind == "character":
             return self.character(node, env)
+        if kind == "spot":
+            return self.spot(node, env)
         known = self.world.things if kind == "object" else self.entities
         return self.entities.index(self.named(node, env, known, kind))
 
@@ -108,6 +132,18 @@ class Predicates(Arithmetic):
             message = f"`{stripped.id}` is {other}, expected the name of {article} {label}"
             hint = "known here: " + ", ".join(known)
         raise self.fail(code, message, stripped.span, inner, hint or None)
+
+    def spot(self, node: ast.Expr, env: Env) -> int | tuple[tuple[int, int], ...]:
+        """A character, an object or a place."""
+        names = (*self.entities, *self.world.places)
+        stripped, inner = self.strip(node, env, names, "the name of a character, object or place")
+        if isinstance(stripped, ast.Name) and stripped.id in self.entities:
+            return self.entities.index(stripped.id)
+        if not isinstance(stripped, ast.Name) or stripped.id in self.world.places:
+            return self.place(node, env)
+        hint = did_you_mean(stripped.id, names) or "known here: " + ", ".join(names)
+        message = f"there is no character, object or place `{stripped.id}`"
+        raise self.fail("no-place", message, stripped.span, inner, hint)
 
     def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
         """The cells that a tile's name or a pair (column, row) stands for; a world without a map
@@ -138,3 +174,10 @@ class Predicates(Arithmetic):
                 what = "is not a cell"
             raise self.blame("no-place", f"({column:g}, {row:g}) {what}", node, env, hint)
         return ((int(column), int(row)),)
+
+
+def _number(item: Item) -> ty.Typed:
+    """1 or 0 for what holds or does not."""
+    if item.kind != "truth" or isinstance(item.value, ty.Feature):
+        return item.value
+    return ty.Apply("choose", (item.value, ty.Constant(1.0), ty.Constant(0.0)))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from i2pdsl.errors import Diagnostic, Source, StoryError, whole_file
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.scope import Module
-from i2pdsl.language.vocabulary import Settings, Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,24 @@ class Observer:
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What must hold in the finished script: `require CONDITION`."""
+
+    condition: ty.Typed
+    span: Span = field(compare=False)
+
+    @property
+    def text(self) -> str:
+        """As it was written, in one line."""
+        return " ".join(self.span.text.split())
+
+    def missed(self) -> Diagnostic:
+        """What is said where the best script that was found does not meet it."""
+        message = "no script was found that meets this requirement and as many of the others"
+        return Diagnostic("unmet", message, self.span, severity="warning")
 
 
 @dataclass(frozen=True)
@@ -62,8 +80,10 @@ class TypedStory:
     Attributes:
         world: the world's name as written, and `settings` that the story replaces.
         objective: (sign, expression) pairs that add up; empty for `search naive`.
+        weights: of the automatic terms, 0 for those that the world does not have.
         assumption: the mask that every belief is conditioned on.
         observers: one, or several whose beliefs are averaged.
+        requirements: what must hold before any objective counts.
     """
 
     name: str
@@ -75,20 +95,28 @@ class TypedStory:
     start: ty.Typed | None
     allow: tuple[tuple[str, str], ...]
     objective: tuple[tuple[int, ty.Typed], ...]
-    rationality: float
-    plausibility: float
+    weights: Weights
     assumption: ty.Mask
     observers: tuple[Observer, ...]
     search: SearchPlan
     module: Module = field(compare=False)
+    requirements: tuple[Requirement, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
         """What is wrong with a world or a search, said at the story's statement."""
-        program, _ = parse_tolerantly(self.source)
-        spans = [statement.span for statement in program.of(kind)]
-        span = spans[0] if spans else whole_file(self.source.name)
+        span = self.place(kind)
         return StoryError([replace(d, span=span) for d in problem.diagnostics])
+
+    def spans(self, *kinds: type[ast.Node]) -> list[Span]:
+        """Where all statements of some kinds stand."""
+        program, _ = parse_tolerantly(self.source)
+        return [statement.span for kind in kinds for statement in program.of(kind)]
+
+    def place(self, *kinds: type[ast.Node]) -> Span:
+        """Where something about the first such statement is said."""
+        spans = self.spans(*kinds)
+        return spans[0] if spans else whole_file(self.source.name)
 
     @property
     def everyone_rational(self) -> ty.Mask:

@@ -242,6 +242,34 @@ class Feature:
 
 
 @dataclass(frozen=True)
+class When:
+    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does."""
+
+    body: Typed
+    last: int
+    axes = NO_AXES
+
+
+@dataclass(frozen=True)
+class FrameCount:
+    """How many frames there are so far."""
+
+    axes = NO_AXES
+
+
+@dataclass(frozen=True)
+class Away:
+    """How many more frames it takes at least until `body`, asked of the last of them, holds.
+
+    `events` are those that may happen, in the world's numbers.
+    """
+
+    body: Typed
+    events: tuple[int, ...]
+    axes = NO_AXES
+
+
+@dataclass(frozen=True)
 class Reduction:
     """sum, mean, min or max of `body` over t = first..last."""
 
@@ -264,6 +292,9 @@ Typed = (
     | PerHypothesis
     | Belief
     | Feature
+    | When
+    | FrameCount
+    | Away
     | Reduction
 )
 

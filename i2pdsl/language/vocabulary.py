@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 UNKNOWN = "unknown"  # what stands for a latent's value where it plays no part; no name is this
 Value = float | str | bool
@@ -32,9 +33,9 @@ class Latent:
 class Predicate:
     """Something that can be asked of a frame: `[name(arguments) @ script[k]]`.
 
-    Each parameter is `character`, `thing` (an object or a character) or `place` (a tile or a
-    cell). `needs_action` tells predicates of frames from predicates of states; `is_number` tells
-    quantities (progress, effort) from predicates.
+    Each parameter is `character`, `thing` (an object or a character), `place` (a tile or a
+    cell) or `spot` (any of these). `needs_action` tells predicates of frames from predicates of
+    states; `is_number` tells quantities (progress, effort) from predicates.
     """
 
     name: str
@@ -86,6 +87,23 @@ def _number(value: object) -> float | None:
     return float(value)
 
 
+class Weights(NamedTuple):
+    """How much the automatic terms of an objective count (objective/terms.py, film.py); as they
+    are unless a story sets them. The first two are the paper's; the others were chosen by looking
+    at the films (docs/stories.md)."""
+
+    rationality: float = 1.0
+    plausibility: float = 1.0
+    naturalness: float = 0.2
+    luck: float = 0.5
+    liveliness: float = 0.2
+
+    @property
+    def sees_frames(self) -> bool:
+        """Whether any term counts that looks at frames, not only at beliefs."""
+        return any(self[1:])
+
+
 @dataclass(frozen=True)
 class Vocabulary:
     """Everything the checker needs to know of a world.
@@ -96,7 +114,7 @@ class Vocabulary:
         can_fail: the characters whose moves can fail.
         events: event -> the objects that it can bring.
         places: tile -> its cells (column, row); `columns` x `rows` is the map's size.
-        has_rationality, has_plausibility: whether the world has the automatic terms.
+        automatic: the automatic terms that the world has.
         observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
         search_settings: of its usual search, where they differ from those of every world.
@@ -121,8 +139,7 @@ class Vocabulary:
     settings: dict[str, Setting] = field(default_factory=dict)
     observer_settings: tuple[str, ...] = ()
     free: frozenset[tuple[int, int]] = frozenset()
-    has_rationality: bool = True
-    has_plausibility: bool = True
+    automatic: frozenset[str] = frozenset(Weights._fields)
     enumerable: bool = True
     search_settings: Settings = ()
     usual_length: int = 15

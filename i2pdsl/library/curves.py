@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Source
 from i2pdsl.language import ast
-from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_expression
 
 if TYPE_CHECKING:
-    from i2pdsl.language.story import TypedStory
     from i2pdsl.render.mind import Panel
-    from i2pdsl.scripts import Script
 
 _MOST = 2  # panels
 _MOST_POINTS = 160  # of a curve
@@ -33,15 +30,15 @@ class Curves:
     series: list[dict[str, Any]]
 
 
-def decisive_curves(
-    story: TypedStory, script: Script, panels: tuple[Panel, ...], call: str
-) -> list[Curves]:
+def decisive_curves(panels: tuple[Panel, ...], call: str) -> list[Curves]:
     """The two panels that tell most of a pattern, the most telling first.
 
-    These are the fortunes that its objective follows, then the beliefs about the latents that the
-    call names, then those in which most happens.
+    These are the curves that stand in its pictures for its sake alone, then the beliefs about the
+    latents that the call names, then those in which most happens.
     """
-    told = [*_fortunes(story, script), *(p for p in panels if p.title != "rationality")]
+    from i2pdsl.render.focus import is_of_story
+
+    told = [p for p in panels if p.title != "rationality"]
     named: set[str] = set()
     for part in ast.walk(parse_expression(Source("call", call))):
         if isinstance(part, ast.Name):
@@ -50,42 +47,10 @@ def decisive_curves(
             named |= {a.name.id for a in part.arguments if a.name is not None}
 
     def rank(panel: Panel) -> tuple[Any, ...]:
-        followed = panel.title.endswith("fortune")
-        return (not followed, not (_latents(panel.title) & named), -_movement(panel))
+        return (not is_of_story(panel), panel.latent not in named, -_movement(panel))
 
     chosen = sorted(told, key=rank)[:_MOST]
     return [_thinned(panel) for panel in chosen]
-
-
-def _latents(title: str) -> set[str]:
-    """The latents that a panel of the pictures is about."""
-    who, _, what = title.partition("'s ")
-    if what == "goal":
-        return {f"G_{who}"}
-    return {"rho"} if what == "alignment" else {"weight"} if title.startswith("weight") else set()
-
-
-def _fortunes(story: TypedStory, script: Script) -> list[Panel]:
-    """What viewers expect for a character, as the objective takes it."""
-    import numpy as np
-
-    from i2pdsl.objective.replay import evaluate
-    from i2pdsl.render.mind import PALETTE, Panel, Series
-
-    found: dict[ty.Belief, str] = {}
-    for _, expression in story.objective:
-        for node in ty.walk(expression):
-            if isinstance(node, ty.Belief) and isinstance(node.about, ty.ValueAt):
-                moment = node.given[0].moment
-                if moment.offset == 0 and not moment.turns and len(moment.frames) == story.length:
-                    found[node] = story.vocabulary.characters[node.about.who]
-    panels = []
-    for node, who in found.items():
-        values = evaluate(script.world, script.frames, node, range(1, story.length + 1))
-        values = np.concatenate([[np.nan], np.asarray(values, float)])
-        series = Series(f"what viewers expect for {who}", values, PALETTE.get(who, "#2f4f9e"))
-        panels.append(Panel(f"{who}'s fortune", "value", (series,), "value"))
-    return panels[:1]
 
 
 def _movement(panel: Panel) -> float:

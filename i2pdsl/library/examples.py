@@ -255,7 +255,7 @@ class Gallery:
         with tempfile.TemporaryDirectory() as new:
             files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
             size = self.moved(files, example.name)
-        curves = decisive_curves(story.typed, result.script, pictures.panels, example.call)
+        curves = decisive_curves(pictures.panels, example.call)
         shown = Shown(example, result.score, size, curves)
         if result.finished:
             self.known[example.name] = {

@@ -225,6 +225,7 @@ def _predicates(world: Vocabulary) -> list[str]:
         "thing": (*world.characters, *world.things),
         "object": world.things,
         "place": tuple(world.places),
+        "spot": (*world.characters, *world.things, *world.places),
     }
     found = []
     for predicate in world.predicates.values():

@@ -46,17 +46,18 @@ def show_script(script: Script) -> Bundle:
 
 
 def show_result(result: Result) -> Bundle:
-    """The scores of all candidates, and the best script."""
-    count = len(result.candidates)
-    rows = [
-        (str(number), "–" if script.score is None else f"{script.score:.4f}", str(script.length))
-        for number, script in enumerate(result.candidates, 1)
-    ]
-    table = table_html(("candidate", "score", "frames"), rows) if count > 1 else ""
+    """The scores of all candidates and what the panel makes of them, and the best script."""
+    rows: list[tuple[str, ...]] = []
+    for script, judgement in zip(result.candidates, result.judgements, strict=True):
+        score = "–" if script.score is None else f"{script.score:.4f}"
+        told = (f"{judgement.mean:.4f}", f"{judgement.worst:.4f}", f"{100 * script.still:.0f} %")
+        rows.append((str(len(rows) + 1), score, *told, str(script.length)))
+    heads = ("candidate", "score", "panel", "worst", "still", "frames")
+    table = table_html(heads, rows) if len(rows) > 1 else ""
     seconds = ", ".join(f"{name} {value:.1f} s" for name, value in result.seconds.items())
     ended = "" if result.finished else "interrupted; "
     note = f"<p><small>{ended}{escape(seconds)}</small></p>"
-    plain = "\n".join((repr(result), *(f"{n:>4}  {score}" for n, score, _ in rows)))
+    plain = "\n".join((repr(result), *(f"{n:>4}  {score}" for n, score, *_ in rows)))
     return _shown(result.script, table + note, plain)
 
 

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.frame import Frame, HistoryScope, View
+from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
+from i2pdsl.objective.reach import frames_until
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -31,9 +32,11 @@ class Params(NamedTuple):
     masks: Array  # bool [n, H]
     groups: tuple[Array, ...]  # one-hot [H, V]
     quantities: Array  # [n, H]
-    places: tuple[Array, ...]  # numbers of a world's cells
+    places: tuple[Array, ...]  # numbers of a world's cells, or what is known of them
     # For each appended turn log P(action | H) in every state, [S, U, O, H]; see appended.py.
     suffix_rows: tuple[Array, ...] = ()
+    # How far each state is from what a requirement asks for, [S]; see reach.py.
+    reach: tuple[Array, ...] = ()
 
 
 @dataclass
@@ -47,7 +50,8 @@ class Compiler:
     masks: list[ty.Mask] = field(default_factory=list)
     groups: list[ty.Partition] = field(default_factory=list)
     quantities: list[tuple[float, ...]] = field(default_factory=list)
-    places: list[tuple[int, ...]] = field(default_factory=list)
+    places: list[tuple[int, ...] | np.ndarray] = field(default_factory=list)
+    aways: list[ty.Away] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
     on_reduction: Callable[[ty.Reduction], Closure] | None = None
 
@@ -66,6 +70,7 @@ class Compiler:
             tuple(groups),
             np.array(self.quantities, dtype=float).reshape(-1, hypotheses),
             tuple(np.array(p, dtype=np.int32) for p in self.places),
+            reach=tuple(map(self._reach, self.aways)),
         )
 
     # Parameters.
@@ -210,8 +215,8 @@ class Compiler:
         return value
 
     def _argument(self, argument: Any) -> Closure:
-        """An argument of a predicate. A place is a parameter: on another map it lies elsewhere."""
-        if not isinstance(argument, tuple):
+        """An argument of a predicate; of places a parameter: elsewhere on another map."""
+        if not isinstance(argument, tuple | np.ndarray):
             self.shape.append(f"{argument},")
             return lambda scope: argument
         number = len(self.places)
@@ -219,10 +224,46 @@ class Compiler:
         self.shape.append(f"place{len(argument)},")
         return lambda scope: scope.params.places[number]
 
+    def _when(self, node: ty.When) -> Closure:
+        """last + 1 minus the greatest of last + 1 - t over the frames in which it holds."""
+        left = ty.TimeTable(1, tuple(float(node.last + 1 - t) for t in range(1, node.last + 1)))
+        ahead = ty.Apply("choose", (node.body, left, ty.Constant(0.0)))
+        greatest = ty.Reduction("max", 1, node.last, ahead)
+        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), _minus(greatest))))
+
+    def _framecount(self, node: ty.FrameCount) -> Closure:
+        return lambda scope: scope.count
+
+    def _away(self, node: ty.Away) -> Closure:
+        if node not in self.aways:
+            self.aways.append(node)
+        number = self.aways.index(node)
+        self.shape.append(str(number))
+        return lambda scope: scope.params.reach[number][scope.end]
+
+    def _reach(self, away: ty.Away) -> np.ndarray:
+        """How many frames it takes from each state, [S]."""
+        inner, world = Compiler(self.world, 0), self.world
+        closure = inner.build(away.body)
+        params = inner.params()
+        known = world.vocabulary.predicates
+        features = [n for n in ty.walk(away.body) if isinstance(n, ty.Feature)]
+
+        def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
+            found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
+            return found
+
+        of_states = not any(known[f.predicate].needs_action for f in features)
+        return frames_until(world, away.events, asked, of_states)
+
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
         self.shape.append(f"{node.kind}{node.first}..{node.last}")
         return self.on_reduction(node)
+
+
+def _minus(node: ty.Typed) -> ty.Typed:
+    return ty.Apply("negate", (node,))
 
 
 class _QuantityScope:

@@ -9,21 +9,26 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.evaluate import COMPARISONS
 from i2pdsl.language.forms import BY_NAME
+from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
+from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
 from i2pdsl.worlds.world import World
 
 Array = Any
+
+COMPARED = frozenset(name for name, _ in COMPARISONS.values())
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,7 @@ class Objective:
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
         suffix_turns: the appended turns that it scores.
+        weights: where the weights of all terms stand in `params.numbers`, the writer's first.
     """
 
     init: Callable[..., Any]
@@ -50,21 +56,26 @@ class Objective:
     shape: str
     keeps_history: bool
     suffix_turns: tuple[ty.Turn, ...]
+    weights: tuple[int, ...]
+
+    def alone(self, number: int) -> Objective:
+        """One of its terms without the others; it has the same compiled program."""
+        numbers = self.params.numbers.copy()
+        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        return replace(self, params=self.params._replace(numbers=numbers))
 
 
 def compile_objective(
     world: World,
     length: int,
     terms: list[tuple[float, ty.Typed]],
-    plausibility: float,
-    chances: tuple[float, ...],
+    weights: Weights,
 ) -> Objective:
     """Compiles weighted expressions to init, step and score.
 
     Args:
         terms: (weight, expression); the automatic rationality term is one of them.
-        plausibility: weight of -(p_hat - p)^2 (paper, "Implementation details").
-        chances: the success probability p of each weak character.
+        weights: of the automatic terms that look at frames (film.py).
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
@@ -72,25 +83,26 @@ def compile_objective(
     compiler.on_reduction = (
         reduce_over_history(compiler) if history else _incremental(compiler, sums)
     )
-    weights = [len(compiler.numbers) + i for i in range(len(terms))]
+    places = [len(compiler.numbers) + i for i in range(len(terms))]
     compiler.numbers.extend(weight for weight, _ in terms)
     built = [compiler.build(e) for _, e in terms]
-    plausible = len(compiler.numbers)
-    compiler.numbers.extend((plausibility, *chances))
-    compiler.shape.append(f"plausibility{len(chances)}")
+    seen = None
+    if weights.sees_frames:
+        seen = _Seen(len(compiler.numbers), len(world.weak_chances))
+        compiler.numbers.extend((*weights, *world.weak_chances))
+    compiler.shape.append(str(seen))
     suffixes = _appended(terms)
-    value = partial(
-        _score, world, built, weights, plausible, sums, history, length, suffixes, bool(chances)
-    )
+    value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, history, length, len(chances)),
-        step=_step(world, sums, history, bool(chances)),
+        init=_init(world, sums, history, length, seen),
+        step=_step(world, sums, history, length, seen),
         score=value(held=False),
         promise=value(held=True),
         params=compiler.params(),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
+        weights=(*places, *(seen.places if seen is not None else ())),
     )
 
 
@@ -110,10 +122,25 @@ def _looks_far(node: object, length: int) -> bool:
             # A fixed frame inside a sum (the prior excepted) changes terms already taken.
             moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
             frames = [m for n in ty.walk(node.body) for m in _asked(n)]
-            return any(m.first is None and m.frames[0] != 0 for m in moments) or any(
-                m.offset != 0 for m in frames
-            )
+            fixed = any(m.first is None and m.frames[0] != 0 for m in moments)
+            return fixed or any(m.offset != 0 for m in frames) or looks_ahead(node.body)
     return False
+
+
+def looks_ahead(node: object) -> bool:
+    """Whether a term of a sum depends on what happens after its frame t.
+
+    `t < when [...]` does not: where it has not happened up to frame t, it is later than t.
+    """
+    match node:
+        case ty.Reduction() | ty.When():
+            return True
+        case (
+            ty.Apply(arguments=(ty.When(), ty.TimeTable() as table))
+            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When()))
+        ) if node.operation in COMPARED:
+            return any(value > table.first + i for i, value in enumerate(table.values))
+    return any(looks_ahead(child) for child in ty.children(node))
 
 
 def _asked(node: object) -> list[ty.Moment]:
@@ -159,10 +186,10 @@ def _total(scope: Any, own: _Sum) -> Array:
     """The reduction over the frames so far, and over the appended ones that it reaches."""
     xp, node = scope.xp, own.node
     total = scope.accumulated[own.number]
-    n = scope.last.number
+    count = scope.count
     if scope.held:
-        total, n = _joined_held(scope, own, total), scope.length
-    count = xp.clip(n, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+        total, count = _joined_held(scope, own, total), scope.length
+    count = xp.clip(count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
     for t in range(max(scope.length + 1, node.first), node.last + 1):
         total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
         count = count + 1
@@ -171,14 +198,34 @@ def _total(scope: Any, own: _Sum) -> Array:
     return total if node.kind == "sum" else xp.where(count > 0, total, 0.0)
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """Where the parameters of the terms that look at frames stand, of so many weak characters."""
+
+    first: int
+    weak: int
+
+    @property
+    def places(self) -> range:
+        return range(self.first, self.first + len(Weights._fields))
+
+    def weights(self, params: Params) -> Weights:
+        return Weights(*(params.numbers[place] for place in self.places))
+
+    def chances(self, params: Params) -> Array:
+        first = self.places.stop
+        return params.numbers[first : first + self.weak]
+
+
 def _joined_held(scope: Any, own: _Sum, total: Array) -> Array:
     """A total with the terms of the frames that are yet to come, were they like the last one."""
     xp, node = scope.xp, own.node
     times = xp.arange(max(1, node.first), min(node.last, scope.length) + 1)
     if not times.shape[0]:
         return total
-    given = (scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
-    terms = xp.broadcast_to(own.term(HeldScope(*given)), times.shape)
+    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
+    held.accumulated, held.length = scope.accumulated, scope.length
+    terms = xp.broadcast_to(own.term(held), times.shape)
     terms = xp.where(times > scope.last.number, terms, _EMPTY[node.kind])
     whole = {"min": xp.min, "max": xp.max}.get(node.kind, xp.sum)(terms)
     joined: Array = getattr(xp, _JOIN[node.kind])(total, whole)
@@ -186,24 +233,24 @@ def _joined_held(scope: Any, own: _Sum, total: Array) -> Array:
 
 
 class _Carry(NamedTuple):
-    """What the fold keeps: sums so far, attempts of weak characters, the start, the history."""
+    """What the fold keeps: sums so far, what was seen in frames, the start, the history."""
 
     sums: Array  # [n]
-    tried: Array  # [weak characters]
-    succeeded: Array
+    film: Film | None
     first_state: Array
     frames: Frame | None  # [T + 1, ...], frame 0 is the start
 
 
 def _init(
-    world: World, sums: list[_Sum], history: bool, length: int, weak: int
+    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
         prior = world.log_prior(tables)
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         start = StartScope(world, tables, params, state, xp.zeros((), dtype=xp.int32))
-        values = []
+        values: list[Array] = []
+        start.accumulated, start.length = values, length
         for own in sums:
             value = zero + _EMPTY[own.node.kind]
             values.append(zero + own.term(start) if own.node.first == 0 else value)
@@ -217,8 +264,7 @@ def _init(
             )
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
-            xp.zeros((weak,), dtype=prior.dtype),
-            xp.zeros((weak,), dtype=prior.dtype),
+            None if seen is None else no_film(xp, seen.weak, prior.dtype),
             state,
             frames,
         )
@@ -231,24 +277,27 @@ def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: i
     rows = xp.zeros((observed, *prior.shape), dtype=prior.dtype)
     number = xp.zeros((), dtype=xp.int32)
     state = xp.asarray(state)
-    return Frame(number, state, xp.asarray(action), state, prior, prior, rows, rows)
+    return Frame(number, state, xp.asarray(action), state, prior, prior, rows, rows, rows)
 
 
-def _step(world: World, sums: list[_Sum], history: bool, weak: bool) -> Callable[..., _Carry]:
+def _step(
+    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
+) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
         xp = scope.xp
-        values = []
+        values: list[Array] = []
+        scope.accumulated, scope.length = values, length
         for own in sums:
             before = carry.sums[own.number]
             term = own.term(scope)
             joined = getattr(xp, _JOIN[own.node.kind])(before, term)
             inside = (own.node.first <= frame.number) & (frame.number <= own.node.last)
             values.append(xp.where(inside, joined, before))
-        tried, succeeded = carry.tried, carry.succeeded
-        if weak:
-            more, won = world.attempts(tables, frame.before, frame.action)
-            tried, succeeded = tried + more, succeeded + won
+        film = carry.film
+        if seen is not None:
+            assert film is not None
+            film = see(world, tables, seen.chances(params), film, frame)
         frames = carry.frames
         if history:
             assert frames is not None
@@ -257,8 +306,7 @@ def _step(world: World, sums: list[_Sum], history: bool, weak: bool) -> Callable
             )
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,
-            tried=tried,
-            succeeded=succeeded,
+            film=film,
             frames=frames,
         )
 
@@ -268,13 +316,12 @@ def _step(world: World, sums: list[_Sum], history: bool, weak: bool) -> Callable
 def _score(
     world: World,
     built: list[Closure],
-    weights: list[int],
-    plausible: int,
+    places: list[int],
     sums: list[_Sum],
     history: bool,
     length: int,
     appended: list[tuple[ty.Turn, ...]],
-    weak: bool,
+    seen: _Seen | None,
     held: bool,
 ) -> Callable[..., Array]:
     def score(tables: Any, params: Params, carry: _Carry, last: Frame) -> Array:
@@ -300,13 +347,11 @@ def _score(
             scope = _FoldScope(*given, held=held)
             scope.accumulated = carry.sums
         total = xp.zeros((), dtype=last.belief.dtype)
-        for number, value in zip(weights, built, strict=True):
+        for number, value in zip(places, built, strict=True):
             total = total + params.numbers[number] * value(scope)
-        if weak:
-            p_hat = carry.succeeded / xp.maximum(carry.tried, 1)
-            p = params.numbers[plausible + 1 : plausible + 1 + carry.tried.shape[0]]
-            miss = xp.where(carry.tried > 0, (p_hat - p) ** 2, 0.0)
-            total = total - params.numbers[plausible] * miss.sum()
+        if seen is not None:
+            assert carry.film is not None
+            total = total + weighed(seen.weights(params), costs(seen.chances(params), carry.film))
         return total
 
     return score
@@ -319,7 +364,7 @@ class _FoldScope(EndScope):
 
     def at(self, t: int) -> EndScope:
         """The same end, looked at from an appended frame t."""
-        return EndScope(
+        scope = _FoldScope(
             self.world,
             self.tables,
             self.params,
@@ -330,3 +375,5 @@ class _FoldScope(EndScope):
             t,
             self.held,
         )
+        scope.accumulated = self.accumulated
+        return scope

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ class Frame(NamedTuple):
         previous, belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
         expecting: the belief just before each observation, [..., U, O, H].
         log_rows: log P(observation | H) of each, [..., U, O, H].
+        regrets: max_a log P(a | H) less the log_rows, [..., U, O, H]; 0 where nobody asks.
     """
 
     number: Array
@@ -31,6 +33,15 @@ class Frame(NamedTuple):
     belief: Array
     expecting: Array
     log_rows: Array
+    regrets: Array
+
+    @property
+    def afterwards(self) -> Array:
+        """The belief just after each observation, [..., U, O, H]."""
+        xp = self.belief.__array_namespace__()
+        return xp.concatenate(
+            [self.expecting[..., 1:, :, :], self.belief[..., None, :, :]], axis=-3
+        )
 
 
 def observe(
@@ -44,10 +55,12 @@ def observe(
 ) -> Frame:
     """The frame that an action makes from a state and a belief: the audience's one step.
 
-    `rows` are the log-likelihoods of the observed actions, if they are known already.
+    `rows` are the log-likelihoods of the observed actions of an appended turn, if they are known
+    already: its regrets count for nothing.
     """
     xp = belief.__array_namespace__()
     after = world.transition(tables, state, action)
+    best = () if rows else world.best_rows(tables, state, action, after)
     rows = rows or world.log_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
@@ -64,6 +77,7 @@ def observe(
         current,
         xp.stack(expecting, axis=-3),
         xp.stack(rows, axis=-3),
+        xp.stack([top - row for top, row in zip(best or rows, rows, strict=True)], axis=-3),
     )
 
 
@@ -90,11 +104,19 @@ def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View
 
 
 class StepScope:
-    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached."""
+    """Inside an incremental sum: t is the frame at hand; only t and t - 1 can be reached.
+
+    `accumulated` are the sums that stand inside this one, up to this frame.
+    """
+
+    accumulated: Sequence[Array]
+    length: int
+    held = False
 
     def __init__(self, world: World, tables: Any, params: Any, frame: Frame, first_state: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.frame, self.first_state = frame.number, frame, first_state
+        self.count = frame.number
         self.xp = frame.belief.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -109,9 +131,14 @@ class StepScope:
 class StartScope:
     """t = 0: nothing has moved. Frames do not exist, the prior does."""
 
+    accumulated: Sequence[Array]
+    length: int
+    held = False
+
     def __init__(self, world: World, tables: Any, params: Any, state: Array, zero: Array):
         self.world, self.tables, self.params = world, tables, params
         self.t, self.state = zero, state
+        self.count = zero
         self.xp = zero.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
@@ -148,6 +175,7 @@ class EndScope:
         self.held = held
         self.last, self.length, self.suffixes = last, length, suffixes
         self.first_state = first_state
+        self.count, self.end = last.number, last.state
         self.xp = last.belief.__array_namespace__()
         self.t = t
 
@@ -185,6 +213,11 @@ class HistoryScope:
         self.t = times
         self.xp = histories[()][0].belief.__array_namespace__()
 
+    @property
+    def end(self) -> Array:
+        """The state in which the script ends so far."""
+        return self.histories[()][0].state[self.count]
+
     def view(self, moment: ty.Moment) -> View:
         frames, possible = self.histories[moment.turns]
         total = self.length + len(moment.turns)
@@ -200,3 +233,19 @@ class HistoryScope:
         frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
         return _after(frame, moment, exists)
+
+
+class TurnScope:
+    """Frames that may be anywhere in a script, side by side: only what is seen in them."""
+
+    t = None
+
+    def __init__(self, world: World, params: Any, before: Array, action: Array, state: Array):
+        self.world, self.tables, self.params = world, world.tables, params
+        self.before, self.action, self.state = before, action, state
+        self.xp = state.__array_namespace__()
+
+    def view(self, moment: ty.Moment) -> View:
+        nothing = self.xp.zeros(())
+        seen = (self.state, *(nothing,) * 5)
+        return View(nothing, self.state, Frame(nothing, self.before, self.action, *seen))

@@ -3,6 +3,7 @@ they see, until the end of the story. What a search may hope for of a script tha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from i2pdsl.language import typed as ty
@@ -13,13 +14,21 @@ Array = Any
 
 
 class HeldScope:
-    """The frames `times` [n_t] after the last one, all alike, with a first axis of length 1."""
+    """The frames `times` [n_t] after the last one, all alike, with a first axis of length 1.
+
+    `accumulated` are the sums that stand inside this one, up to the last frame that is there.
+    """
+
+    accumulated: Sequence[Array]
+    length: int
+    held = False
 
     def __init__(
         self, world: World, tables: Any, params: Any, last: Frame, first_state: Array, times: Array
     ):
         self.world, self.tables, self.params = world, tables, params
         self.first_state, self.t = first_state, times
+        self.count = times
         self.xp = last.belief.__array_namespace__()
         self.frame = Frame(*(part[None] for part in still(world, last)))
 
@@ -37,6 +46,7 @@ def still(world: World, last: Frame) -> Frame:
         previous=last.belief,
         expecting=last.expecting * 0 + last.belief[None],
         log_rows=last.log_rows * 0,
+        regrets=last.regrets * 0,
     )
 
 

@@ -15,18 +15,26 @@ from i2pdsl.worlds.world import World
 History = tuple[Frame, np.ndarray]
 
 
-def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
+def replay(
+    world: World,
+    states: np.ndarray,
+    actions: np.ndarray,
+    rows: tuple[np.ndarray, ...] | None = None,
+) -> Frame:
     """All frames of a script along the first axis, frame 0 being the start.
 
     Args:
         states: [T + 1, ...], actions: [T, ...], as the world has them; T may be 0.
+        rows: the world's `log_rows` of them, if they are known already.
     """
     tables = world.tables
     if len(actions):
-        rows = world.log_rows(tables, states[:-1], actions, states[1:])
-    else:  # nothing has happened yet, but what is observed has its shape
+        seen_there = (tables, states[:-1], actions, states[1:])
+        best = world.best_rows(*seen_there) if rows is None else ()
+        rows = rows or world.log_rows(*seen_there)
+    elif rows is None:  # nothing has happened yet, but what is observed has its shape
         still = world.log_rows(tables, states, world.no_action(states), states)
-        rows = tuple(row[:0] for row in still)
+        rows, best = tuple(row[:0] for row in still), ()
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
     belief = world.log_prior(tables)
@@ -40,6 +48,7 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
         beliefs.append(belief)
         expecting.append(np.stack(before))
     likelihoods = np.stack(rows, axis=1)
+    regrets = np.stack(best or rows, axis=1) - likelihoods
     first = np.zeros((1, *likelihoods.shape[1:]))
     return Frame(
         number=np.arange(len(states)),
@@ -50,6 +59,7 @@ def replay(world: World, states: np.ndarray, actions: np.ndarray) -> Frame:
         belief=np.stack(beliefs),
         expecting=np.stack(expecting),
         log_rows=np.concatenate([first, likelihoods]),
+        regrets=np.concatenate([first, regrets]),
     )
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
 
 FORMATS = ("png", "svg", "gif", "mp4", "html")
@@ -21,11 +22,13 @@ class PictureFiles:
 
     Attributes:
         title: of all pictures.
+        wishes: what became of those of the story, for the page.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
     """
 
     title: str
+    wishes: Sequence[Wish] = ()
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
 

@@ -19,6 +19,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.render.mind import (
     DASHES,
     Mark,
@@ -68,8 +69,10 @@ def film_page(
     marks: Sequence[Mark] = (),
     windows: Sequence[Window] = (),
     language: str = "en",
+    wishes: Sequence[Wish] = (),
 ) -> str:
-    """The page. `panels` cover the film's frames 0..T; `marks` and `windows` are shown in them."""
+    """The page. `panels` cover the film's frames 0..T; `marks` and `windows` are shown in them.
+    `wishes` are what became of those of the story."""
     if len(film.captions) != film.last + 1:
         raise ValueError(
             f"{film.last + 1} captions are needed, for frames 0 to {film.last}, "
@@ -100,6 +103,7 @@ def film_page(
         first_caption=plain(film.captions[0]),
         last=film.last,
         mind=_mind(panels, marks, windows),
+        wishes=_wishes(wishes),
         happenings="\n".join(_happenings(film)),
         source=plain(source),
         data=_json(shared | film.data),
@@ -223,6 +227,40 @@ def _axes(panel: Panel) -> str:
     middle = (left + right) / 2
     drawn.append(f'<text x="{middle:g}" y="{bottom + 27}" text-anchor="middle">frame</text>')
     return "".join(drawn)
+
+
+# ------------------------------------------------------------------------------------ the wishes
+
+
+def _wishes(wishes: Sequence[Wish]) -> str:
+    """A bar for each wish: what was reached of what is possible; nothing where nobody looked."""
+    if not wishes:
+        return ""
+    bars = "\n".join(_bar(wish) for wish in wishes)
+    return f"""\
+  <section class="wishes" aria-labelledby="wishes-heading">
+    <h2 id="wishes-heading">What was wished for</h2>
+    <ul>
+{bars}
+    </ul>
+  </section>"""
+
+
+def _bar(wish: Wish) -> str:
+    told = f"{wish.reached:.4g}"
+    bar = ""
+    if wish.possible is not None:
+        told += f" ({wish.possible:.4g} alone)"
+        missing = abs(wish.possible - wish.reached)
+        share = 1 - missing / max(abs(wish.possible), abs(wish.reached), 1e-12)
+        bar = f'<span class="bar"><i style="width: {100 * max(share, 0):.0f}%"></i></span>'
+    frames = ", ".join(map(str, wish.frames))
+    hurt = f"<small>most is missing in frame{'s' * (len(wish.frames) > 1)} {frames}</small>"
+    numbers = told.replace("-", "−")
+    return (
+        f"      <li><code>{plain(wish.source)}</code>{bar}<b>{numbers}</b>"
+        f"{hurt if frames else ''}</li>"
+    )
 
 
 # ------------------------------------------------------------------------------------- the words

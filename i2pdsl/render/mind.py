@@ -66,13 +66,15 @@ NAMES_SHARE = 0.94  # of a plot's height, beside which names stand
 class Series:
     """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb.
 
-    `steps`: it is 1 or 0 in each frame, and nothing in between.
+    `steps`: it is 1 or 0 in each frame, and nothing in between. `claim`: what those think who
+    believe it, as a sentence.
     """
 
     label: str
     values: NDArray[np.float64]
     color: str
     steps: bool = False
+    claim: str = ""
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float64)
@@ -87,13 +89,16 @@ class Series:
 class Panel:
     """One small plot: curves of equal length over the frames 0..T.
 
-    `kind` is 'probability' (the y axis runs from 0 to 1) or 'value' (on its own scale).
+    `kind` is 'probability' (the y axis runs from 0 to 1) or 'value' (on its own scale). `latent`:
+    of whose values these are the probabilities, if of one; `question`: what viewers then wonder.
     """
 
     title: str
     ylabel: str
     series: tuple[Series, ...]
     kind: Literal["probability", "value"] = "probability"
+    latent: str = ""
+    question: str = ""
 
     def __post_init__(self) -> None:
         if self.kind not in ("probability", "value"):

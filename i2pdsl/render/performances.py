@@ -7,12 +7,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from i2pdsl.render.files import PictureFiles, printable
-from i2pdsl.render.mind import PALETTE, Panel, Window
+from i2pdsl.render.mind import PALETTE, PANELS_MAX, Panel, Series, Window
+from i2pdsl.render.video import Progress, Times, shown_times, write_film
 
 if TYPE_CHECKING:
     from i2pdsl.render.strip import Meter
@@ -112,7 +113,16 @@ P = TypeVar("P", bound=Performed)
 
 
 class PerformancePictures(PictureFiles, ABC, Generic[P]):
-    """Draws one performance, or several side by side in the same time."""
+    """Draws one performance, or several side by side in the same time.
+
+    Attributes:
+        usual: of a film by its suffix, pictures a second, and how wide it is: of one, of several.
+    """
+
+    usual: ClassVar[dict[str, tuple[float, tuple[int, int]]]] = {
+        ".mp4": (25, (800, 1280)),
+        ".gif": (20, (640, 960)),
+    }
 
     def __init__(self, performances: Sequence[P], title: str | None = None):
         if not performances:
@@ -123,9 +133,18 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         if self.several:
             self.names = ("together",) * 3
 
-    @abstractmethod
     def compared(self) -> tuple[Panel, ...]:
         """The curves that the performances have in common, side by side."""
+        return compared(self.performances)
+
+    @property
+    @abstractmethod
+    def seconds(self) -> float:
+        """How long a frame is shown."""
+
+    @abstractmethod
+    def film_frames(self, times: Times, width: int) -> Iterator[np.ndarray]:
+        """The film's pictures at some times, in frames (`side_by_side`)."""
 
     @cached_property
     def panels(self) -> tuple[Panel, ...]:
@@ -141,3 +160,52 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         from i2pdsl.render.mind import save_mind
 
         return save_mind(path, self.panels, title, windows=self.windows) if self.panels else None
+
+    def save_film(
+        self, path: Path, progress: Progress | None = None, width: int | None = None
+    ) -> None:
+        fps, widths = self.usual[path.suffix]
+        pixels = width or widths[self.several]
+        times = shown_times(max(p.frames for p in self.performances), fps, self.seconds)
+        write_film(path, lambda at: self.film_frames(at, pixels), times, fps, progress)
+
+
+def compared(performances: Sequence[Performed]) -> tuple[Panel, ...]:
+    """For each curve that the performances have in common a panel with one of each, those of
+    shorter ones ending with them. Of two that say the same, only the first."""
+    last = max(p.frames for p in performances)
+    courses = [
+        {(q.title, s.label): s.values for q in p.panels for s in q.series} for p in performances
+    ]
+    found = []
+    for panel in performances[0].panels:
+        for label in (s.label for s in _telling(panel)):
+            curves = [course.get((panel.title, label)) for course in courses]
+            known = [curve for curve in curves if curve is not None]
+            if len(known) == len(courses):
+                title = f"{panel.title}: {label}" if len(panel.series) > 1 else panel.title
+                found.append(
+                    Panel(title, panel.ylabel, hued(performances, known, last), panel.kind)
+                )
+    return tuple(found[:PANELS_MAX])
+
+
+def hued(
+    performances: Sequence[Performed], curves: Sequence[np.ndarray], last: int
+) -> tuple[Series, ...]:
+    """A curve of each performance in its colour; those of shorter ones end with them."""
+    return tuple(
+        Series(
+            p.title,
+            np.pad(curve, (0, last - p.frames), constant_values=np.nan),
+            HUES[number % len(HUES)],
+        )
+        for number, (p, curve) in enumerate(zip(performances, curves, strict=True))
+    )
+
+
+def _telling(panel: Panel) -> tuple[Series, ...]:
+    """A panel's curves without the second of two probabilities that sum to 1."""
+    total = np.sum([s.values for s in panel.series], axis=0)
+    is_both = panel.kind == "probability" and len(panel.series) == 2
+    return panel.series[:1] if is_both and np.allclose(total, 1) else panel.series

@@ -22,4 +22,7 @@ def pictures_of(scripts: Sequence[Script], title: str | None = None) -> PictureF
 
     Raises StoryError where they cannot be drawn together.
     """
-    return drawing_for(scripts[0].world.spec).pictures(scripts, title)
+    pictures = drawing_for(scripts[0].world.spec).pictures(scripts, title)
+    if len(scripts) == 1:
+        pictures.wishes = scripts[0].wishes
+    return pictures

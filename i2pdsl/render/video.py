@@ -23,6 +23,7 @@ from i2pdsl.resources import atomic_path
 
 Progress = Callable[[int, int], None]  # frames done, frames in all
 PathLike = str | os.PathLike[str]
+Times = Sequence[float] | np.ndarray
 
 OPENING, CLOSING = 0.7, 1.5  # seconds that the first and the last moment are held
 PATIENCE = 120.0  # seconds in which ffmpeg takes in a picture, or ends after the last one
@@ -37,6 +38,28 @@ def shown_times(duration: float, fps: float, seconds: float) -> np.ndarray:
     whole = OPENING + duration * seconds + CLOSING
     shown = np.arange(round(whole * fps)) / fps
     return np.clip((shown - OPENING) / seconds, 0.0, duration)
+
+
+def write_film(
+    path: PathLike,
+    frames: Callable[[Times], Iterator[np.ndarray]],
+    times: np.ndarray,
+    fps: float,
+    progress: Progress | None = None,
+) -> None:
+    """A GIF or, H.264 in yuv420p, an MP4, by the suffix; the file appears when complete.
+
+    Args:
+        frames: the pictures at some times.
+        times: those that the film shows. GIF counts hundredths of a second: 10, 20, 25 or 50
+            pictures a second are kept exactly.
+        progress: told the pictures done and those in all.
+    """
+    if Path(path).suffix == ".gif":
+        samples = frames(np.linspace(0, times[-1], PALETTE_SAMPLES))
+        write_gif(path, frames(times), samples, len(times), fps, progress)
+    else:
+        write_mp4(path, frames(times), len(times), fps, progress)
 
 
 def write_mp4(

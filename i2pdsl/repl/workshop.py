@@ -143,6 +143,7 @@ class Workshop:
         said: tuple[str, ...] = (about,)
         if not result.finished:
             said = ("interrupted: the best of what was searched so far is kept", *said)
+        said = (*(f"not met: {r.text}" for r in result.unmet), *said)
         score = "unknown" if script.score is None else f"{script.score:.6g}"
         return state, Text(f"score {score}"), said
 

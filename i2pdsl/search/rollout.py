@@ -47,10 +47,12 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
     flat = (turns.state.shape[-1], *observers)
     belief = node.belief[None, None]
-    expecting, rows = [], []
-    for row in turns.log_rows:
+    expecting, rows, regrets = [], [], []
+    for who, row in enumerate(turns.log_rows):
         expecting.append(jnp.broadcast_to(belief, full).reshape(flat))
         rows.append(jnp.broadcast_to(row, full).reshape(flat))
+        regret = row.max(axis=who - 4, keepdims=True) - row  # all actions are among the branches
+        regrets.append(jnp.broadcast_to(regret, full).reshape(flat))
         belief = update(belief, row, world.forgetting(tables))
     count = flat[0]
     frame = Frame(
@@ -62,6 +64,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         jnp.broadcast_to(belief, full).reshape(flat),
         jnp.stack(expecting, axis=1),
         jnp.stack(rows, axis=1),
+        jnp.stack(regrets, axis=1),
     )
     if not events:
         return frame, turns.valid
@@ -78,6 +81,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         still,
         still,
         jnp.broadcast_to(node.belief, rows_.shape),
+        rows_,
         rows_,
     )
     joined = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), frame, dropped)

@@ -27,16 +27,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """A story in its world, to be searched, with so many times the usual effort."""
+    """A story in its world, to be searched with so many times the usual effort; for the sake of
+    one of its wishes alone, if that has a number."""
 
     story: TypedStory
     world: World
     watch: Watch
     effort: int = 1
+    only: int | None = None
 
     @cached_property
     def objective(self) -> Objective:
-        return story_objective(self.story, self.world)
+        whole = story_objective(self.story, self.world)
+        return whole if self.only is None else whole.alone(self.only)
 
     @cached_property
     def starts(self) -> np.ndarray:

@@ -184,6 +184,11 @@ class Kind(ABC):
     def distance(self, world: Any, first: np.ndarray, second: np.ndarray) -> float:
         """How differently two scripts look, of states [T + 1, ...]: 1 where people see it."""
 
+    def meet(self, world: Any, states: np.ndarray) -> bool:
+        """Whether its characters come close to each other in a script, of states [T + 1, ...];
+        true of one who is alone."""
+        return True
+
     # By hand.
 
     @abstractmethod

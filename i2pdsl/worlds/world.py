@@ -63,6 +63,10 @@ class World(Protocol):
         """The axes of an action: () where actions are numbers."""
 
     @property
+    def rows_are_scaled(self) -> bool:
+        """Whether `log_rows` are so many times as large as viewers expect choices to be sharp."""
+
+    @property
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
@@ -101,6 +105,9 @@ class World(Protocol):
     def turns(self, tables: Tables, state: Array) -> Branches:
         """All joint turns from a state."""
 
+    def endings(self, tables: Tables, state: Array) -> Array:
+        """The states after each of them, [..., K], without beliefs."""
+
     @property
     def turn_count(self) -> int:
         """K, how many joint turns there are. Actions from K on are events."""
@@ -135,6 +142,15 @@ class World(Protocol):
         """log P(what is observed | H) for each observation of the frame, [..., O, H] each: of
         each character's action in a grid, of the state `after` it where bodies move."""
 
+    def best_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        """max_a log P(a | H) at each observation of the frame, [..., O, H] each: what would have
+        been the most sensible. Empty in a world without `naturalness`."""
+
+    def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
+        """Whether nothing that a viewer can see has changed, [...]."""
+
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
 
@@ -154,6 +170,11 @@ class World(Protocol):
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         """Which weak characters made an attempt in a frame, and whose succeeded: [..., weak]."""
+
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> World:
+        """The world before other viewers, without planning anew: to whom all characters seem to
+        prefer their best actions `sharpness` times as much as to the viewers that it has, and
+        with [O] and [O, H] of their own."""
 
 
 def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
@@ -188,6 +209,7 @@ class ContinuousWorld:
     spec: Any
     tables: Any
     weak_chances: tuple[float, ...] = ()
+    rows_are_scaled = False
     turn_count = event_slots = 0
 
     @property
@@ -203,6 +225,11 @@ class ContinuousWorld:
 
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
+
+    def best_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return ()
 
     def is_observed(self, action: Array) -> Array:
         xp = action.__array_namespace__()
@@ -221,6 +248,9 @@ class ContinuousWorld:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
+
+    def endings(self, tables: Tables, state: Array) -> NoReturn:
         raise NotImplementedError("actions cannot be listed")
 
     def branch_actions(self, who: int) -> NoReturn:

@@ -11,3 +11,4 @@ search beam(width = 100)
 # expect mean_{t in 1..7} P(G_robot = right | script[:t]) >= 0.9
 # expect [at(robot, left) @ script[T]] >= 1
 # expect assume nothing: mean_t P(R_robot | script[:t]) >= 0.8
+# expect still <= 0.25

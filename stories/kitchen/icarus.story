@@ -13,3 +13,5 @@ search beam(starts = 200, width = 20)
 # expect mean_{t in 11..13} fortune - mean_{t in 22..24} fortune >= 35
 # expect mean_t P(G_cheese = pink | script[:t]) >= 0.9
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.93
+# expect still <= 0.25
+# expect luck <= 2.2

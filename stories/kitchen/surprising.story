@@ -10,3 +10,5 @@ rationality 3
 # In help.story belief moves by 0.57 in all, from the prior to certainty; here ten times as far.
 # expect sum_t abs(P(rho > 0 | script[:t]) - P(rho > 0 | script[:t-1])) >= 5.7
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.85
+# expect still <= 0.25
+# expect luck <= 2.2

@@ -10,3 +10,5 @@ search beam(starts = 100)
 # In doorkeeper.story it is 0.05 a frame, in guard.story 0.001.
 # expect mean_t sqrt(suspense(rho | script[:t])) >= 0.5
 # expect assume nothing: mean_t P(R_mouse and R_cat | script[:t]) >= 0.9
+# expect still <= 0.25
+# expect luck <= 2.2

@@ -6,3 +6,4 @@ maximize depict(rho > 0)
 
 # expect mean_t P(rho > 0 | script[:t]) >= 0.95
 # expect assume nothing: mean_t P(R_carrier and R_loader | script[:t]) >= 0.95
+# expect still <= 0.25

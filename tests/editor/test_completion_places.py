@@ -355,13 +355,13 @@ def test_libraries_and_worlds_beside_the_file(tmp_path: Path) -> None:
 
 def test_imported_names_are_offered(tmp_path: Path) -> None:
     (tmp_path / "mine.story").write_text(
-        "# What it does.\npattern lovely(who, when = T) = [moved(who) @ script[when]]\n",
+        "# What it does.\npattern lovely(who, turn = T) = [moved(who) @ script[turn]]\n",
         encoding="utf-8",
     )
     text = "world kitchen\nimport mine\nmaximize lovely("
     around = surroundings(Source("x.story", text), tmp_path, find_vocabulary)
     found = {c.text: c for c in complete(text, len(text), around)}
-    assert set(found) == {"who = ", "when = ", "cheese", "robot"}
+    assert set(found) == {"who = ", "turn = ", "cheese", "robot"}
     (pattern,) = complete(text, len(text) - 1, around)[:1]
     assert (pattern.text, pattern.documentation) == ("lovely", "What it does.")
 
@@ -370,3 +370,18 @@ def test_a_world_with_other_values(tmp_path: Path) -> None:
     text = "world hill(weights = {0.2, 0.4, 0.8})\nlength 10\nmaximize P(weight = "
     around = surroundings(Source("x.story", text), tmp_path, find_vocabulary)
     assert [c.text for c in complete(text, len(text), around)] == ["0.2", "0.4", "0.8"]
+
+
+def test_what_is_asked_of_all_frames_needs_no_frame() -> None:
+    def found(line: str) -> set[str]:
+        text = f"world kitchen\n{line}"
+        around = surroundings(Source("x.story", text), None, find_vocabulary)
+        return {c.text for c in complete(text, len(text), around)}
+
+    assert {"never", "eventually", "when", "P", "["} <= found("require ")
+    assert found("require never ") == found("require [moved(robot)] before ") == {"["}
+    assert {"moved", "pushes", "at"} <= found("require eventually [")
+    assert "@" not in found("require eventually [moved(robot)")
+    assert {"@", "]"} <= found("require [moved(robot)")
+    assert found("require [moved(robot)] bef") == {"before"}
+    assert {"when"} <= found("maximize twist(rho > 0, rho < 0, turn = ")

@@ -17,6 +17,12 @@ maximize rise(rho > 0, over = shown)
 minimize nothing()
 rationality 0.5
 plausibility 0
+naturalness 0.2
+luck 1
+liveliness 0.05
 assume R_robot and R_cheese
 audience average(bayesian(beta = 1), bayesian(prior = if rho > 0 then 2 else 1))
 search beam(starts = 100, width = 2)
+require never [moved(robot)] and when [moved(cheese)] < 3
+require [moved(cheese)] before [adjacent(robot, cheese)]
+require eventually [moved(cheese)]

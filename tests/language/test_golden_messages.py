@@ -45,6 +45,7 @@ ELSEWHERE = {
     "no-plan": "tests/test_cli_hill.py",
     "no-training": "tests/test_cli_hill.py",
     "command": "tests/repl",
+    "unmet": "tests/search/test_requirements.py",
 }
 
 

@@ -224,7 +224,8 @@ def test_every_statement() -> None:
     program = parse(Source("every", text))
     assert [type(s).__name__ for s in program.statements] == [
         *("Import", "Import", "World", "LengthIs", "Start", "Allow", "Let", "Pattern", "Pattern"),
-        *("Objective", "Objective", "Weight", "Weight", "Assume", "Audience", "Search"),
+        *("Objective", "Objective", *["Weight"] * 5, "Assume", "Audience", "Search"),
+        *("Require", "Require", "Require"),
     ]
     patterns = program.of(ast.Pattern)
     assert patterns[0].documentation == "Two lines\nof documentation."
@@ -235,12 +236,14 @@ def test_every_statement() -> None:
 
 
 def test_reserved_words_are_those_of_the_grammar() -> None:
-    """`at` is a predicate's name as well and stays free."""
+    """`at` is a predicate's name as well, `before` a parameter's: they stay free."""
     grammar()
     text = (ROOT / "grammar" / "story.lark").read_text(encoding="utf-8")
     words = set(re.findall(r"^[A-Z_]+(?:_KW|_VAR|_END|NAME_T)\.5: /(\w+)\\b/", text, re.MULTILINE))
     words |= BY_NAME.keys()  # put into the grammar from the table
-    assert words - {"at"} == RESERVED - {f"{kind}_t" for kind in ("sum", "mean", "min", "max")}
+    assert words - {"at", "before"} == RESERVED - {
+        f"{kind}_t" for kind in ("sum", "mean", "min", "max")
+    }
     assert set(STATEMENT_WORDS) < RESERVED
 
 

@@ -68,7 +68,7 @@ WRONG = [
     ("value", "3", "3", "compare"),
     ("turn", "turning", "turning", "unknown-name"),
     ("turn", "rho = 2", "rho", "hidden"),
-    ("turn", "turn, 3", "3", "arguments"),
+    ("turn", "turn, 1 = 1, 0, 0, 3", "3", "arguments"),
     ("term", "V(robot)", "V", "value"),
     ("term", "E[V(table) | script[:t]]", "table", "no-character"),
     ("term", "P(rho > 0)", "P", "no-script"),

@@ -25,6 +25,7 @@ from i2pdsl.language.evaluate import OPEN, evaluate
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.start import can_start
+from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.fold import compile_objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate as evaluate_query
@@ -141,7 +142,7 @@ def folded(frames: Frame, expression: ty.Typed) -> list[float]:
     world, xp = PAIR.world, jax.numpy
     tables = jax.tree.map(xp.asarray, world.tables)
     total = ty.Reduction("sum", 1, FRAMES, expression)
-    objective = compile_objective(world, FRAMES, [(1.0, total)], 0.0, ())
+    objective = compile_objective(world, FRAMES, [(1.0, total)], Weights(0, 0, 0, 0, 0))
     params = jax.tree.map(xp.asarray, objective.params)
     carry = objective.init(tables, params, xp.asarray(frames.state[0]))
     belief, scores = world.log_prior(tables), [0.0]

@@ -23,6 +23,7 @@ from i2pdsl.language.parse import parse_file
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.worlds.find import find_vocabulary
+from stories_for_tests import BARE
 from worlds_for_tests import STORIES, small_kitchen
 
 FILES = sorted((STORIES / "patterns").glob("*.story"))
@@ -208,6 +209,10 @@ def legible(told: Told) -> float:
     return told.sum(lambda t: weights[t - 1] * told.P(t, wants("pink")))
 
 
+def moved(told: Told, turn: float, about: str) -> float:
+    return 0.5 * R.moved_others(told.world, told.script, turn, {about})
+
+
 def foreshadowing(told: Told) -> float:
     def term(t: int) -> float:
         p = told.P(t, R.HINDERS)
@@ -215,7 +220,7 @@ def foreshadowing(told: Told) -> float:
             return 1 - p
         return undecided(p) if t <= told.T * 3 / 4 else p
 
-    return told.sum(term)
+    return told.sum(term) - moved(told, told.T * 3 / 4, "rho")
 
 
 def reveal(told: Told) -> float:
@@ -223,7 +228,7 @@ def reveal(told: Told) -> float:
         p = told.P(t, R.HELPS)
         return undecided(p) if t < told.T / 2 else p
 
-    return told.sum(term)
+    return told.sum(term) - moved(told, told.T / 2 - 1, "rho")
 
 
 def mystery(told: Told) -> float:
@@ -281,8 +286,9 @@ FORMULAS: dict[str, Callable[[Told], float]] = {
     "suspenseful(rho)": lambda told: told.sum(
         lambda t: math.sqrt(R.suspense(told.world, told.script, t, "rho"))
     ),
-    "red_herring(G_robot = pink, dropped = 4)": lambda told: told.sum(
-        lambda t: told.P(t, wants("pink")) if t <= 4 else 1 - told.P(t, wants("pink"))
+    "red_herring(G_robot = pink, dropped = 4)": lambda told: (
+        told.sum(lambda t: told.P(t, wants("pink")) if t <= 4 else 1 - told.P(t, wants("pink")))
+        - moved(told, 4, "G_robot")
     ),
     "deceptive(robot, rho < 0, rho > 0)": lambda told: told.sum(
         lambda t: (
@@ -308,9 +314,7 @@ FORMULAS: dict[str, Callable[[Told], float]] = {
 def test_formula_says_what_it_is_meant_to(call: str) -> None:
     pair, random = small_kitchen(), Random(call)
     shown = SHOWN if "shown" in call else ""
-    story = pair.story(
-        f"world kitchen\nlength 6\nrationality 0\nplausibility 0\n{shown}maximize {call}\n"
-    )
+    story = pair.story(f"world kitchen\nlength 6\n{BARE}{shown}maximize {call}\n")
     seen = set()
     for _ in range(3):
         path = pair.random_script(random, story.length)

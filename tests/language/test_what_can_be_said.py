@@ -12,7 +12,7 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import Library, TypedQuery, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Vocabulary, Weights
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
@@ -33,9 +33,6 @@ maximize sum_t P(rho > 0 | script[:t])
 """
 PATTERNS = """\
 pattern depict(event, over = script) = sum_{t in 1..last(over)} P(event | over[:t])
-
-pattern twist(before, after, turn = T/2) =
-    sum_t (if t <= turn then P(before | script[:t]) else P(after | script[:t]))
 
 pattern irony(truth, mistaken, meant, done) =
     sum_t (P(truth | script[:t])
@@ -86,7 +83,7 @@ def test_the_first_listing() -> None:
     moment = ty.Moment((), range(1, 16), 1)
     body = ty.Belief("P", rho_positive, (ty.Given(moment, RATIONAL),))
     assert (sign, value) == (1, ty.Reduction("sum", 1, 15, body))
-    assert (checked.rationality, checked.plausibility) == (1.0, 1.0)
+    assert checked.weights == Weights()
     assert (checked.search.method, checked.search.starts, checked.search.width) == ("beam", 500, 1)
 
 
@@ -96,7 +93,6 @@ def test_the_patterns_of_the_paper_are_the_standard_library() -> None:
     own = PATTERNS.rstrip("\n")
     for text in (
         "depict(rho > 0)",
-        "twist(rho > 0, rho < 0)",
         "irony(G_cheese = green, G_cheese = pink, rho > 0, rho < 0)",
         "arc(robot)",
     ):
@@ -118,7 +114,7 @@ def test_every_statement_is_right() -> None:
     assert checked.allow == (("deus", "table"),)
     assert checked.start == ty.Feature("absent", (2,), None)
     assert [sign for sign, _ in checked.objective] == [1, -1]
-    assert (checked.rationality, checked.plausibility) == (0.5, 0.0)
+    assert checked.weights == Weights(0.5, 0.0, 0.2, 1.0, 0.05)
     assert len(checked.observers) == 2
     assert checked.observers[0].settings == (("beta", 1.0),)
     weights = checked.observers[1].prior

@@ -126,8 +126,9 @@ def test_a_result_lists_its_candidates_and_shows_the_best(friend: Result) -> Non
     reader = Reader(data["text/html"])
     rows = [tag for tag, _ in reader.elements].count("tr")
     assert rows == 1 + len(friend.candidates) == 4
-    for number, script in enumerate(friend.candidates, 1):
-        assert f"{number}{script.score:.4f}6" in reader.text
+    pairs = zip(friend.candidates, friend.judgements, strict=True)
+    for number, (script, judgement) in enumerate(pairs, 1):
+        assert f"{number}{script.score:.4f}{judgement.mean:.4f}" in reader.text
     (page,) = PLAYER.findall(data["text/html"])
     assert unescape(page) in Reader(bundle(friend.script)["text/html"]).elements[2][1].values()
 

@@ -43,6 +43,6 @@ def performance(
         Panel("expected value", "value", value, "value"),
     )
     return Performance(
-        title, SLOPE, positions, actuation, weight, panels, windows,
+        title, SLOPE, positions, actuation, weight, panels, panels[0], windows=windows,
         captions=lambda frame: f"at frame {frame} <so> & so", source=f"story {title}\n",
     )  # fmt: skip

@@ -74,7 +74,7 @@ def performance(
     ]
     return Performance(
         title, spec, np.stack(ways, axis=1), (goal, value), windows, captions, goal,
-        f"story {title}\n",
+        source=f"story {title}\n",
     )  # fmt: skip
 
 

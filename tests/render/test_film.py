@@ -10,7 +10,7 @@ from PIL import Image
 
 from i2pdsl.render import video
 from i2pdsl.render.grid.choreography import Film, choreograph
-from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, save_gif, save_mp4
+from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, save_film
 from i2pdsl.render.grid.scene import scene_size, scene_svg
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.raster import svg_rgba
@@ -64,7 +64,7 @@ def test_meters_are_drawn_as_far_as_known():
 
 def test_gif_has_all_its_frames(tmp_path):
     seen = []
-    save_gif(
+    save_film(
         tmp_path / "a.gif", STAGE, FILM, fps=20, seconds_per_turn=0.5, cell=30, title="T",
         meters=METERS, progress=lambda done, total: seen.append((done, total)),
     )  # fmt: skip
@@ -85,7 +85,7 @@ def test_gif_has_all_its_frames(tmp_path):
 
 def test_mp4_has_all_its_frames(tmp_path):
     path = tmp_path / "a.mp4"
-    save_mp4(path, STAGE, FILM, fps=12, seconds_per_turn=0.5, cell=31, meters=METERS)
+    save_film(path, STAGE, FILM, fps=12, seconds_per_turn=0.5, cell=31, meters=METERS)
     total = len(frame_times(FILM, 12, 0.5))
     ffmpeg = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path)]
     decode = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
@@ -98,22 +98,22 @@ def test_mp4_has_all_its_frames(tmp_path):
     assert abs(frames[-1].astype(int) - wanted).mean() < 5
 
 
-@pytest.mark.parametrize("save", [save_gif, save_mp4])
-def test_a_failure_leaves_nothing_behind(tmp_path, save, monkeypatch):
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_failure_leaves_nothing_behind(tmp_path, kind, monkeypatch):
     def interrupt(done, total):
         if done == 5:
             raise KeyboardInterrupt
 
-    path = tmp_path / f"a.{save.__name__[-3:]}"
+    path = tmp_path / f"a.{kind}"
     path.write_bytes(b"old")
     with pytest.raises(KeyboardInterrupt):
-        save(path, STAGE, FILM, cell=20, progress=interrupt)
+        save_film(path, STAGE, FILM, cell=20, progress=interrupt)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     assert path.read_bytes() == b"old"
 
     monkeypatch.setattr(video, "atomic_path", _nowhere)
     with pytest.raises(RuntimeError, match="ffmpeg failed"):
-        save(path, STAGE, FILM, cell=20)
+        save_film(path, STAGE, FILM, cell=20)
 
 
 class _nowhere:
@@ -148,10 +148,10 @@ def program(folder, text):
 def test_an_ffmpeg_that_fails_is_named(tmp_path, monkeypatch, text, wanted):
     chosen = program(tmp_path, text)
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
-    for save in (save_gif, save_mp4):
-        path = tmp_path / f"a.{save.__name__[-3:]}"
+    for kind in ("gif", "mp4"):
+        path = tmp_path / f"a.{kind}"
         with pytest.raises(video.FilmError) as caught:
-            save(path, STAGE, FILM, cell=20)
+            save_film(path, STAGE, FILM, cell=20)
         said = str(caught.value)
         assert said == (
             f"{path.name} was not written: ffmpeg failed: {chosen} (from IMAGEIO_FFMPEG_EXE) "
@@ -164,7 +164,7 @@ def test_an_ffmpeg_that_fails_is_named(tmp_path, monkeypatch, text, wanted):
 def test_an_ffmpeg_that_does_not_start_is_named(tmp_path, monkeypatch, chosen):
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
     with pytest.raises(OSError, match=f"a.mp4 was not written: .*{chosen} .*cannot be started"):
-        save_mp4(tmp_path / "a.mp4", STAGE, FILM, cell=20)
+        save_film(tmp_path / "a.mp4", STAGE, FILM, cell=20)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -174,7 +174,7 @@ def test_no_ffmpeg_at_all(tmp_path, monkeypatch):
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", none)
     with pytest.raises(video.FilmError, match="there is none; install one, or let IMAGEIO_"):
-        save_gif(tmp_path / "a.gif", STAGE, FILM, cell=20)
+        save_film(tmp_path / "a.gif", STAGE, FILM, cell=20)
 
 
 def test_nobody_waits_forever_for_an_ffmpeg_that_hangs(tmp_path, monkeypatch):
@@ -183,7 +183,7 @@ def test_nobody_waits_forever_for_an_ffmpeg_that_hangs(tmp_path, monkeypatch):
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", chosen)
     monkeypatch.setattr(video, "PATIENCE", 1.0)
     with pytest.raises(video.FilmError, match="did nothing for 1 s"):
-        save_mp4(tmp_path / "a.mp4", STAGE, FILM, cell=60)
+        save_film(tmp_path / "a.mp4", STAGE, FILM, cell=60)
     assert not (tmp_path / "a.mp4").exists()
     child = int((tmp_path / "pid").read_text())
     status = Path(f"/proc/{child}/stat")

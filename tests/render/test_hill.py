@@ -10,7 +10,7 @@ from PIL import Image
 
 from i2pdsl.render.hill.comic import comic_svg, together_svg
 from i2pdsl.render.hill.figures import CRATES, IDLE, LONG, SHORT, muscle_color, pose_svg, rig
-from i2pdsl.render.hill.film import film_frames, meters, save_gif
+from i2pdsl.render.hill.film import film_frames, meters
 from i2pdsl.render.hill.performance import Performance, key_frames
 from i2pdsl.render.hill.pictures import HillPictures, compared
 from i2pdsl.render.hill.rig import (
@@ -63,23 +63,19 @@ def test_captions_may_be_lines_a_function_or_none():
     assert "up the slope" in replace(one, captions=()).caption(3)
 
 
-@pytest.mark.parametrize("frames", [0, 1, 2, 7, 40, 800])
-@pytest.mark.parametrize("count", [1, 2, 4, 8])
-def test_key_frames_are_in_order_and_as_many_as_can_be(frames, count):
-    chosen = key_frames(frames, (), count)
+@pytest.mark.parametrize("frames", [0, 1, 40, 200])
+def test_key_frames_begin_when_the_box_has_dropped_and_end_with_the_end(frames):
+    chosen = key_frames(performance(frames=frames), 8)
     assert chosen == sorted(set(chosen))
-    assert chosen[-1] == frames
-    assert len(chosen) <= max(count, 2)
-    assert len(chosen) >= min(count, frames + 1 - min(16, frames // 20))
+    assert (chosen[0], chosen[-1]) == (min(16, frames // 20), frames)
+    assert len(chosen) <= 8
 
 
-def test_key_frames_include_where_windows_begin_and_end():
-    chosen = key_frames(800, (Window(300, 450, "stumble"),), 8)
-    assert {300, 450, 800} <= set(chosen)
-    assert len(chosen) == 8
-    assert max(np.diff(chosen)) < 200
-    even = key_frames(800, (), 8)
-    assert max(np.diff(even)) - min(np.diff(even)) <= 1
+def test_key_frames_include_windows_falls_and_turns():
+    one = performance(frames=200, windows=(Window(60, 90, "stumble"),))
+    chosen = key_frames(replace(one, moments={130: 2.0, 132: 1.0}), 6)
+    assert {60, 90, 130, 200} <= set(chosen)
+    assert 132 not in chosen  # part of the fall
 
 
 # ---------------------------------------------------------------------------------------- drawing
@@ -228,7 +224,7 @@ def test_windows_are_signed_in_the_film():
 
 
 def test_a_gif_keeps_the_worlds_time(tmp_path):
-    save_gif(tmp_path / "a.gif", [performance()], "T", width=200)
+    HillPictures([performance()], "T").save_film(tmp_path / "a.gif", width=200)
     with Image.open(tmp_path / "a.gif") as image:
         assert image.n_frames == round((0.7 + 40 * 0.05 + 1.5) * 10)
         assert image.info["duration"] == 100
@@ -265,7 +261,7 @@ def test_all_pictures_of_several(tmp_path):
 
 
 def test_no_curves_no_figure_of_them(tmp_path):
-    bare = replace(performance(), panels=())
+    bare = replace(performance(), panels=(), leading=None)
     assert list(HillPictures([bare]).save(tmp_path, ("png",))) == ["comic.png"]
 
 

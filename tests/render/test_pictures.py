@@ -91,7 +91,7 @@ def test_one_character_alone_has_pictures_too(tmp_path: Path) -> None:
     pictures = GridPictures(loner())
     assert [p.title for p in pictures.panels] == ["fox's goal", "rationality", "expected value"]
     assert pictures.meters()[0][0] == "left"
-    assert pictures.captions([3])[0].startswith("fox wants right")
+    assert "that fox wants right (" in pictures.captions([3])[0]
     assert pictures.title == "lane"
     files = pictures.save(tmp_path, ("svg", "html", "gif"))
     assert set(files) == {"comic.svg", "mind.svg", "html", "gif"}
@@ -122,23 +122,79 @@ def test_any_assumption_can_be_drawn(
 
 
 def test_captions_say_what_is_believed_most() -> None:
+    """Of a script without a story: what one means to the other."""
     pictures = GridPictures(small_script())
     script = pictures.script
-    lines = pictures.captions(list(range(script.length + 1)))
-    kinds = {"hindering": "<", "indifferent": "=", "helping": ">"}
-    for t, line in enumerate(lines):
-        beliefs = {k: float(script.query(f"P(rho {o} 0 | script[:{t}])")) for k, o in kinds.items()}
+    signs = {"means to hinder": "<", "does not care about": "=", "means to help": ">"}
+    for t, line in enumerate(pictures.captions(list(range(script.length + 1)))):
+        beliefs = {k: float(script.query(f"P(rho {o} 0 | script[:{t}])")) for k, o in signs.items()}
         second, first = sorted(beliefs.values())[-2:]
+        told = line.rpartition(": ")[2]
         if first - second < UNSURE:
-            assert line == "robot: hard to tell"
+            assert told == "viewers cannot tell what robot means to cheese"
             continue
+        verb = "are sure" if first >= 0.95 else "think" if first >= 0.7 else "rather think"
         best = max(beliefs, key=lambda k: beliefs[k])
-        assert line.startswith(f"robot is {best} (")
-        shown = line.partition("(")[2].partition(" %")[0]
+        assert told.startswith(f"viewers {verb} that robot {best} cheese (")
+        shown = told.partition("(")[2].partition(" %")[0]
         if shown.startswith("> "):
             assert beliefs[best] >= 0.99
         else:
             assert abs(float(shown) - 100 * beliefs[best]) <= 0.5
+
+
+def asked(source: str, seed: int = 1) -> GridPictures:
+    """The pictures of a random script, as if it had been made of a story."""
+    content = small_script(seed).record.as_json()
+    content["story"] = {"source": f"world small\nlength 6\n{source}\n"}
+    script = loaded(content)
+    assert script.warnings == ()
+    return GridPictures(script)
+
+
+def test_pictures_speak_of_what_the_story_asks() -> None:
+    help_, herring, arc = (
+        asked(f"maximize {wish}")
+        for wish in ("depict(rho > 0)", "red_herring(G_robot = pink)", "arc(robot)")
+    )
+    assert [m[0] for m in help_.meters()] == ["hindering", "indifferent", "helping"]
+    assert herring.meters()[0][0] == "robot's goal: pink"
+    assert (
+        "robot wants" in herring.captions([6])[0] or "what robot wants" in herring.captions([6])[0]
+    )
+    ((label, _, values),) = arc.meters()
+    assert label == "robot"
+    np.testing.assert_allclose(values, arc.script.query("E[V(robot) | script[:t]]"))
+    assert "things look" in arc.captions([6])[0]
+    assert arc.panels[0].title == "robot's fortune"
+    best = int(np.argmax(values))
+    assert "things look good for robot (value " in arc.captions([best])[0]
+
+
+def test_irony_is_told_by_what_the_deed_looks_like() -> None:
+    pictures = asked("maximize irony(G_cheese = green, G_cheese = pink, rho > 0, rho < 0)")
+    meters = {label: np.asarray(values) for label, _, values in pictures.meters()}
+    assert list(meters) == ["cheese: green", "keeping from green", "helping to pink"]
+    ask = pictures.script.query
+    for label, question in (
+        ("cheese: green", "P(G_cheese = green | script[:t])"),
+        ("keeping from green", "P(rho < 0 | script[:t], G_cheese = green)"),
+        ("helping to pink", "P(rho > 0 | script[:t], G_cheese = pink)"),
+    ):
+        np.testing.assert_allclose(meters[label], ask(question))
+    for line in pictures.captions(list(range(7))):
+        assert "cheese wants green" in line
+        assert "robot acts as if helping cheese to pink" in line
+        assert "keeping" not in line
+
+
+def test_comics_show_events_and_never_two_alike() -> None:
+    pictures = GridPictures(with_event())
+    times = [t for t, f in enumerate(with_event().record.frames, 1) if f["event"]]
+    frames = pictures.key_frames(4)
+    assert set(times[:2]) <= set(frames)
+    still = GridPictures(walk(TWINS, {"ann": [1, 0], "bob": [2, 0]}, [stayed()] * 9))
+    assert still.key_frames(8) == [0, 9]
 
 
 def test_events_are_marked() -> None:
@@ -246,10 +302,13 @@ def walk(world: str, start: dict[str, Any], frames: list[dict[str, Any]]) -> Scr
     return loaded({**content, "start": start, "frames": frames})
 
 
+def stayed() -> dict[str, Any]:
+    stay = {"action": "stay", "moved": False}
+    return {"ann": stay, "bob": stay, "event": None, "state": {"ann": [1, 0], "bob": [2, 0]}}
+
+
 def test_a_cast_without_colours_is_told_apart() -> None:
-    stay, places = {"action": "stay", "moved": False}, {"ann": [1, 0], "bob": [2, 0]}
-    frame = {"ann": stay, "bob": stay, "event": None, "state": places}
-    pictures = GridPictures(walk(TWINS, places, [frame]))
+    pictures = GridPictures(walk(TWINS, stayed()["state"], [stayed()]))
     ann, bob = pictures.stage.cast
     assert ann.color != bob.color
     assert [label for label, _, _ in pictures.meters()] == ["ann's goal: left", "ann's goal: right"]

@@ -10,9 +10,9 @@ import pytest
 from plane_performances import DUET, performance, svg_document
 
 from i2pdsl.render.mind import Window
+from i2pdsl.render.performances import compared
 from i2pdsl.render.plane.figures import face_moves, film_svg
 from i2pdsl.render.plane.page import SHOWN, page_html
-from i2pdsl.render.plane.pictures import compared
 from i2pdsl.render.plane.stage import stage_within
 
 SVG = "{http://www.w3.org/2000/svg}"

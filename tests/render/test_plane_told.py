@@ -71,10 +71,10 @@ def test_curves_are_those_of_what_viewers_do_not_know(duet):
 
 def test_captions_say_what_is_believed(duet):
     one = pictures_of([duet]).performances[0]
-    assert one.captions[0] == "little: hard to tell, big: hard to tell"
+    assert one.captions[0] == "viewers cannot tell what little wants, and what big wants"
     last = one.panels[0].series[0].values[12]
     assert last > 0.6
-    assert one.captions[12].startswith(f"little wants nest ({100 * last:.0f} %), ")
+    assert f"that little wants nest ({100 * last:.0f} %), and" in one.captions[12]
     assert "big wants nothing (" in one.captions[12]
 
 
@@ -86,7 +86,8 @@ def test_an_attitude_is_told_before_goals():
     assert [s.label for s in one.leading.series] == ["hindering", "indifferent", "helping"]
     total = np.sum([s.values for s in one.leading.series], axis=0)
     assert total == pytest.approx(np.ones(4), abs=1e-6)
-    assert all(caption.startswith("big") for caption in one.captions)
+    assert all("little wants" not in caption for caption in one.captions)
+    assert one.captions[0] == "viewers cannot tell what big means to little"
 
 
 def test_goals_that_are_known_have_no_curves():

@@ -53,7 +53,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("  un", {"undo"}),
         ("h", {"help"}),
         ("q", {"quit"}),
-        ("w", {"world"}),
+        ("w", {"when", "world"}),
         ("mini", {"minimize"}),
         # Their arguments.
         ("play ", {"cheese", "robot", "deus"}),

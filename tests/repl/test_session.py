@@ -35,6 +35,7 @@ from i2pdsl.scripts import Script
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from repl.conftest import HELP, asked, copied, refused, right, saved_and_read, shown
+from stories_for_tests import BARE
 from worlds_for_tests import STORIES
 
 QUESTIONS = (
@@ -366,7 +367,7 @@ def test_suggestions_are_the_best_of_all_turns(
         story = written(f"world kitchen\nlength 4\nmaximize {expression}\n")
     else:  # the first four frames of the fifteen that the story has
         text = "world kitchen\nlength 15\nmaximize sum_{t in 1..4} P(rho > 0 | script[:t])\n"
-        text += "rationality 0\nplausibility 0\n"
+        text += BARE
         story = written(text)
     scores = {}
     for action in np.flatnonzero(world.turns(world.tables, np.asarray(path.states[-1])).valid):

@@ -14,6 +14,7 @@ from i2pdsl.search.candidates import select_different
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import APART, distance
+from i2pdsl.worlds.grid.symmetry import symmetries
 from worlds_for_tests import kitchen_text
 
 ROOM = ("P......", ".......", "......G")
@@ -85,6 +86,47 @@ def test_another_story_is_different(other: np.ndarray) -> None:
     assert distance(room(), STORY, other) >= APART
     assert distance(room(), STORY, other) == distance(room(), other, STORY)
     assert select_different(room(), [STORY, other], 5) == [0, 1]
+
+
+MIRRORED = states(walk(2, 5, 2), walk(1, 5, 2))  # the room half turned: P and G change places
+
+
+def test_a_mirror_image_is_the_same() -> None:
+    assert distance(room(), STORY, MIRRORED) == distance(room(), MIRRORED, STORY) == 0
+    assert select_different(room(), [STORY, MIRRORED], 5) == [0]
+    aside = states(walk(2, 4, 1), walk(1, 4, 1), (0, 0))
+    assert 0 < distance(room(), STORY, aside) < APART
+
+
+def spec_of(rows: tuple[str, ...], goals: str = "{pink, green}") -> Any:
+    """A kitchen whose cheese has other goals than usual."""
+    text = kitchen_text(rows).replace("goals = {pink, green}", f"goals = {goals}", 1)
+    return parse_world(Source("w.world", text), "w")
+
+
+@pytest.mark.parametrize(
+    ("rows", "count"),
+    [
+        (("P.G",), 2),
+        (("P..", "...", "..G"), 4),  # both diagonals, and half a turn
+        (("P..", ".#.", "..G"), 4),
+        (("P..", ".#.", ".G."), 1),
+        (("P.#", "...", "..G"), 2),
+        (("P..#", "...#", "..G#"), 4),  # the wall is outside
+        (("P.P", "...", "G.G"), 4),
+        (("P.P", "...", "G.."), 1),
+    ],
+)
+def test_symmetries_are_those_of_walls_and_tiles(rows: tuple[str, ...], count: int) -> None:
+    found = symmetries(spec_of(rows))
+    assert len(found) == len(set(found)) == count
+    assert found[0] == tuple(range(len(found[0])))
+    for one in found:  # a group
+        assert all(tuple(one[i] for i in other) in found for other in found)
+
+
+def test_tiles_change_places_only_where_they_are_wanted_alike() -> None:
+    assert len(symmetries(spec_of(("P..", "...", "..G"), "{pink}"))) == 2  # the diagonal stays
 
 
 def test_the_best_are_chosen_in_their_order() -> None:

@@ -53,7 +53,7 @@ def _share(belief: np.ndarray, event: np.ndarray, given: np.ndarray) -> float:
     return float(p[event & given].sum() / p[given].sum())
 
 
-PLAIN = "plausibility 0\n"
+PLAIN = "plausibility 0\nnaturalness 0\nluck 0\nliveliness 0\n"
 
 
 def test_a_sum_goes_on_as_it_is(pair: Pair) -> None:

@@ -3,8 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from i2pdsl.render.grid.choreography import Film, Key, choreograph, sample
 from i2pdsl.render.grid.scene import (
     MARGIN,
@@ -24,99 +22,9 @@ from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, 
 from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
 from i2pdsl.render.raster import text_width
 
-# ------------------------------------------------------------------------------ choosing frames
-
-INTEREST = {"event": 3.0, "push": 2.0, "fail": 1.0}
-CANDIDATES = 600  # of a very long script, only so many frames are considered
-
-
-def key_frames(
-    script: Mapping[str, Any],
-    beliefs: np.ndarray | None = None,
-    count: int = 8,
-) -> list[int]:
-    """The `count` frames (0 is the start) that tell the story best, first and last among them.
-
-    `beliefs` [T+1, n] are n curves over the frames 0..T. Holding each chosen frame's beliefs until
-    the next chosen one gives a step function; the choice minimizes its squared distance from the
-    curves (dynamic programming), so that frames where beliefs change are shown and those where
-    nothing is learnt are not. Among choices about as good, evenly spread ones and frames with a
-    push, a failed move or an event win.
-    """
-    last = len(script["frames"])
-    if count < 1:
-        raise ValueError("a comic needs at least one frame")
-    if count > last:
-        return list(range(last + 1))
-    if count == 1:
-        return [last]
-    curves = np.zeros((last + 1, 1)) if beliefs is None else np.asarray(beliefs, dtype=float)
-    if curves.ndim != 2 or len(curves) != last + 1:
-        raise ValueError(f"beliefs must be [{last + 1}, n], not {list(curves.shape)}")
-    curves = np.nan_to_num(curves)
-
-    frames = np.unique(np.linspace(0, last, min(last + 1, CANDIDATES)).astype(int))
-    interest = np.asarray([_interest(script, int(t)) for t in frames])
-    cost = _holding_cost(curves, frames)
-    spread = float(((curves - curves.mean(axis=0)) ** 2).sum())
-    if spread > 1e-12:
-        cost = cost / spread
-    gaps = (frames[None, :] - frames[:, None]) / last
-    cost = cost + 0.02 * gaps**2 - 0.004 * interest[None, :]
-    return [int(frames[i]) for i in _cheapest_path(cost, count)]
-
-
-def _interest(script: Mapping[str, Any], t: int) -> float:
-    """How much happens in frame t, judged from the script alone."""
-    if t == 0:
-        return 0.0
-    frame = script["frames"][t - 1]
-    before = script["start"] if t == 1 else script["frames"][t - 2]["state"]
-    if frame.get("event"):
-        return INTEREST["event"]
-    most = 0.0
-    for name, cell in frame["state"].items():
-        done = frame.get(name) or {}
-        if cell != before.get(name) and not done.get("moved", False):
-            most = max(most, INTEREST["push"])
-        if done.get("action") in DIRECTIONS and not done["moved"]:
-            most = max(most, INTEREST["fail"])
-    return most
-
-
-def _holding_cost(curves: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """[F, F]: squared error of holding the beliefs of frames[i] until just before frames[j]."""
-    sums = np.concatenate([np.zeros((1, curves.shape[1])), curves.cumsum(axis=0)])
-    squares = np.concatenate([[0.0], (curves**2).sum(axis=1).cumsum()])
-    held, i, j = curves[frames], frames[:, None], frames[None, :]
-    between = sums[frames][None, :, :] - sums[frames][:, None, :]
-    error = (
-        squares[j]
-        - squares[i]
-        - 2 * (held[:, None, :] * between).sum(axis=2)
-        + (j - i) * (held**2).sum(axis=1)[:, None]
-    )
-    return np.where(j > i, np.maximum(error, 0.0), np.inf)
-
-
-def _cheapest_path(cost: np.ndarray, count: int) -> list[int]:
-    """The cheapest way from the first to the last index that visits `count` of them."""
-    best = np.full(len(cost), np.inf)
-    best[0] = 0.0
-    came_from = []
-    for _ in range(count - 1):
-        total = best[:, None] + cost
-        came_from.append(total.argmin(axis=0))
-        best = total.min(axis=0)
-    path = [len(cost) - 1]
-    for previous in reversed(came_from):
-        path.append(int(previous[path[-1]]))
-    return path[::-1]
-
-
 # -------------------------------------------------------------------------------- the strip
 
-LINES = 3  # of a caption, at most, and as many as long names are cut into
+LINES = 4  # of a caption, at most, and as many as long names are cut into
 SMALL = 12.0  # pixels for a cell below which a map is better drawn larger, if it can be
 WIDEST, TALLEST = 2600.0, 1400.0  # pixels of all panels in a row, and of one
 AREA = 8e6  # pixels of all panels together

@@ -6,6 +6,7 @@ binary that imageio-ffmpeg brings along, fed with raw frames.
 """
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -23,16 +24,10 @@ from i2pdsl.render.grid.scene import (
 from i2pdsl.render.grid.stage import Stage
 from i2pdsl.render.raster import composite, svg_rgba
 from i2pdsl.render.strip import Meter, Strip
-from i2pdsl.render.video import (
-    PALETTE_SAMPLES,
-    PathLike,
-    Progress,
-    shown_times,
-    write_gif,
-    write_mp4,
-)
+from i2pdsl.render.video import PathLike, Progress, Times, shown_times, write_film
 
 LONGEST_SIDE, LARGEST = 2500.0, 2.2e6  # pixels of a large map, along a side and in all
+USUAL = {".mp4": (24, 800), ".gif": (25, 640)}  # pictures a second, and how wide
 SECONDS, LONGEST = 0.9, 180.0  # of a turn; of a film, whose turns are shorter where it has many
 
 
@@ -45,7 +40,7 @@ def frame_times(film: Film, fps: float, seconds_per_turn: float | None = None) -
 def film_frames(
     stage: Stage,
     film: Film,
-    times: Sequence[float] | np.ndarray,
+    times: Times,
     cell: int | None = None,
     title: str = "",
     meters: Sequence[Meter] = (),
@@ -138,46 +133,27 @@ class _Scene:
 # -------------------------------------------------------------------------------- files
 
 
-def save_mp4(
+def save_film(
     path: PathLike,
     stage: Stage,
     film: Film,
     *,
-    fps: float = 24,
+    fps: float | None = None,
     seconds_per_turn: float | None = None,
     cell: int | None = None,
     title: str = "",
     meters: Sequence[Meter] = (),
     progress: Progress | None = None,
 ) -> None:
-    """Writes the film as H.264 in yuv420p, which plays anywhere; the file appears when complete.
+    """Writes the film as a GIF or MP4 by the suffix; the file appears when complete.
 
-    `cell` is pixels for a cell (None: about 800 pixels wide in all). `meters` are curves over the
-    frames 0..T, shown as far as the film has come. `progress(done, total)` counts pictures.
+    `cell` is pixels for a cell (None: about 640 pixels wide in all, of an MP4 800). `meters` are
+    curves over the frames 0..T, shown as far as the film has come. `progress(done, total)` counts
+    pictures.
     """
+    usual_fps, width = USUAL[Path(path).suffix]
+    fps, cell = fps or usual_fps, cell or default_cell(stage, width)
     times = frame_times(film, fps, seconds_per_turn)
-    frames = film_frames(stage, film, times, cell or default_cell(stage, 800), title, meters)
-    write_mp4(path, frames, len(times), fps, progress)
-
-
-def save_gif(
-    path: PathLike,
-    stage: Stage,
-    film: Film,
-    *,
-    fps: float = 25,
-    seconds_per_turn: float | None = None,
-    cell: int | None = None,
-    title: str = "",
-    meters: Sequence[Meter] = (),
-    progress: Progress | None = None,
-) -> None:
-    """Writes the film as an endless GIF; the file appears when complete. Options as for MP4.
-
-    GIF counts hundredths of a second: 25, 20 or 50 pictures a second are kept exactly.
-    """
-    times = frame_times(film, fps, seconds_per_turn)
-    frames = film_frames(stage, film, times, cell, title, meters)
-    few = np.linspace(0, film.duration, PALETTE_SAMPLES)
-    samples = film_frames(stage, film, few, cell, title, meters)
-    write_gif(path, frames, samples, len(times), fps, progress)
+    write_film(
+        path, lambda at: film_frames(stage, film, at, cell, title, meters), times, fps, progress
+    )

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.render import film_page
 from i2pdsl.render.film_page import plain
 from i2pdsl.render.grid.choreography import Film, Key, Track
@@ -38,6 +39,7 @@ def page_html(
     captions: Sequence[str] | None = None,
     marks: Sequence[Mark] | None = None,
     language: str = "en",
+    wishes: Sequence[Wish] = (),
 ) -> str:
     """A self-contained page for a finished script (the dict of script.json, T frames).
 
@@ -55,7 +57,14 @@ def page_html(
         "grid/kitchen.js", _film_data(stage, film),
     )  # fmt: skip
     return film_page.film_page(
-        shown, panels, heading, _about(stage, script), source, events, language=language
+        shown,
+        panels,
+        heading,
+        _about(stage, script),
+        source,
+        events,
+        language=language,
+        wishes=wishes,
     )
 
 
@@ -70,10 +79,11 @@ def save_page(
     captions: Sequence[str] | None = None,
     marks: Sequence[Mark] | None = None,
     language: str = "en",
+    wishes: Sequence[Wish] = (),
 ) -> Path:
     """Writes `page_html`, whole or not at all."""
     path = Path(path)
-    page = page_html(stage, script, film, panels, title, source, captions, marks, language)
+    page = page_html(stage, script, film, panels, title, source, captions, marks, language, wishes)
     write_text(path, page)
     return path
 

@@ -6,23 +6,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.render.files import KEY_FRAMES, UNSURE, PictureFiles, percent, printable
-from i2pdsl.render.grid.stage import Actor, Stage, Tile
-from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
+from i2pdsl.render.beliefs import Beliefs
+from i2pdsl.render.files import KEY_FRAMES, PictureFiles, printable
+from i2pdsl.render.focus import Focus, focus_of, led, whose
+from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe
+from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
+from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
-from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 
-# For values and characters that the palette does not name; dashes and labels tell them apart too.
+if TYPE_CHECKING:
+    from i2pdsl.render.strip import Meter
+
+# For characters that the palette does not name; dashes and labels tell them apart too.
 _CAST_COLORS = ("#d98b4a", "#7fae6b", "#b48ad1", "#d9718e", "#c9b04f", "#5fb3b0")
-_MORE_COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 
-CURVES_MAX = 24  # in a panel
-OTHERS = " others"
+TELLING = ("push", "fall", "vanish")  # what captions tell
+GLIMPSES = {"push": 0.15, "fail": 0.03, "bump": 0.03}  # what is worth seeing, and how much
+CONTACT = 2.5  # how much the first time matters that one character pushes the other
 
 
 def stage_of(spec: GridSpec) -> Stage:
@@ -50,6 +55,7 @@ class GridPictures(PictureFiles):
         self.told = script.length  # later frames are those that the story appends
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
+        self.beliefs = Beliefs(script.world.spec, {NO_GOAL: "wants nothing"})
         self.document: dict[str, Any] = script.record.as_json()
         name = title or (script.record.title or script.world.name)
         self.title = printable(name)
@@ -62,44 +68,19 @@ class GridPictures(PictureFiles):
         return choreograph(self.stage, self.document)
 
     @cached_property
-    def panels(self) -> tuple[Panel, ...]:
+    def usual(self) -> tuple[Panel, ...]:
         """The audience's mind over time: goals, alignment, rationality, values."""
-        spec, ask = self.script.world.spec, self.script.query
-        found = []
-        for c in spec.characters:
-            if len(c.goals) > 1:
-                goal = goal_of(c.name)
-                beliefs = ask(f"P({goal} | script[:t])")
-                series = _series(_most(c.goals, beliefs.T))
-                found.append(Panel(f"{c.name}'s goal", "probability", series))
-        if spec.social:
-            kinds = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
-            possible = {
-                "hindering": min(spec.social.attitude) < 0,
-                "indifferent": 0 in spec.social.attitude,
-                "helping": max(spec.social.attitude) > 0,
-            }
-            curves = [
-                (name, ask(f"P({ATTITUDE} {test} | script[:t])"))
-                for name, test in kinds.items()
-                if possible[name]
-            ]
-            found.append(Panel(f"{spec.social.name}'s alignment", "probability", _series(curves)))
-        names = [c.name for c in spec.characters]
-        rational = [
-            (n, ask(f"P({rationality_of(n)} | script[:t])", assume="nothing")) for n in names
-        ]
-        found.append(Panel("rationality", "probability", _series(rational)))
-        hypotheses = self.script.world.vocabulary.hypotheses
-        assumed = [
-            row for row, holds in zip(hypotheses, self.script.assumption, strict=True) if holds
-        ]
-        # Who is irrational by the story's assumption has no value.
-        minded = [n for n in names if any(row[rationality_of(n)] for row in assumed)]
-        values = [(n, ask(f"E[V({n}) | script[:t]]")) for n in minded]
-        if values:
-            found.append(Panel("expected value", "value", _series(values), "value"))
-        return tuple(found)
+        return self.beliefs.panels(self.script)
+
+    @cached_property
+    def focus(self) -> Focus:
+        """What the story is about."""
+        return focus_of(self.script, self.usual, self.beliefs.sentence)
+
+    @cached_property
+    def panels(self) -> tuple[Panel, ...]:
+        """The usual curves, and first what the story is about, where that is none of them."""
+        return led(self.focus.leading, self.usual)
 
     @property
     def marks(self) -> tuple[Mark, ...]:
@@ -113,38 +94,52 @@ class GridPictures(PictureFiles):
         return tuple(found)
 
     def captions(self, frames: list[int]) -> list[str]:
-        """For each frame what viewers believe most, of the alignment or else of the goals."""
-        panels = [p for p in self.panels if "alignment" in p.title] or [
-            p for p in self.panels if p.kind == "probability" and p.title != "rationality"
-        ]
+        """For each frame what happens in it that is out of the ordinary, and what viewers think
+        of what the story is about."""
         lines = []
         for t in frames:
-            line = ", ".join(_belief(panel, t) for panel in panels[:2])
-            lines.append(f"and then: {line}" if t > self.told else line)
+            seen = [describe(b) for b in self.film.beats if b.frame == t and b.verb in TELLING]
+            parts = [*(["and then"] if t > self.told else []), *([", ".join(seen)] if seen else [])]
+            lines.append(": ".join([*parts, self.focus.caption(t)]))
         return lines
 
-    def beliefs(self) -> np.ndarray:
-        """All probability curves side by side: [T + 1, n]."""
-        curves = [s.values for p in self.panels if p.kind == "probability" for s in p.series]
-        return np.stack(curves, axis=1)
+    def key_frames(self, count: int) -> list[int]:
+        """The frames that a comic shows: where what is asked turns, what falls, who meets whom."""
+        moments = {t: TURN * weight for t, weight in self.focus.turns.items()}
+        glimpses: dict[int, float] = {}
+        names, met = {c.name for c in self.stage.characters}, False
+        last: dict[str, Beat] = {}  # of each actor
+        for beat in self.film.beats:
+            t, before = beat.frame, last.get(beat.actor)
+            last[beat.actor] = beat
+            if beat.verb in ("fall", "vanish"):
+                moments[t] = EDGE
+            elif not met and any(shove.name in names for shove in beat.pushed):
+                met = True
+                moments[t] = max(moments.get(t, 0.0), CONTACT)
+            # Who goes on with what it did is not looked at again.
+            if before is None or (before.verb, before.direction) != (beat.verb, beat.direction):
+                glimpses[t] = max(glimpses.get(t, 0.0), GLIMPSES.get(beat.verb, 0.0))
+        beliefs = minds(self.focus.leading, self.panels)
+        return key_frames([self._places()], beliefs, self.script.length, count, moments, glimpses)
 
-    def meters(self) -> list[tuple[str, str, Any]]:
-        """The curves below the film: the alignment's if there is one, else the first goal's.
+    def _places(self) -> np.ndarray:
+        """[T + 1, n, 2] Where everybody is, in units of what the way across the map counts."""
+        states = [self.document["start"], *(f["state"] for f in self.document["frames"])]
+        cells = [[s[a.name] or (-1, -1) for a in self.stage.cast] for s in states]
+        return PLACE * np.array(cells, float) / np.hypot(self.stage.width, self.stage.height)
 
-        Of a goal it is said whose it is, where there are several.
-        """
-        chosen = [p for p in self.panels if "alignment" in p.title] or list(self.panels[:1])
-        goals = [p for p in self.panels if p.title.endswith("'s goal")]
-        is_plain = "alignment" in chosen[0].title or goals == chosen[:1]
-        whose = "" if is_plain else f"{chosen[0].title}: "
-        return [(whose + s.label, s.color, s.values) for s in chosen[0].series]
+    def meters(self) -> list[Meter]:
+        """The curves below the film: those of what the story is about."""
+        leading = whose(self.focus.leading, self.usual)
+        return [(s.label, s.color, s.values) for s in leading.series] if leading else []
 
     # Files.
 
     def comic(self) -> str:
-        from i2pdsl.render.grid.comic import comic_svg, key_frames
+        from i2pdsl.render.grid.comic import comic_svg
 
-        frames = key_frames(self.document, self.beliefs(), KEY_FRAMES)
+        frames = self.key_frames(KEY_FRAMES)
         return comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
 
     def save_mind(self, path: Path, title: str) -> Path | None:
@@ -164,45 +159,11 @@ class GridPictures(PictureFiles):
             self.title,
             self.script.record.text,
             marks=self.marks,
+            wishes=self.wishes,
         )
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
-        from i2pdsl.render.grid.film import save_gif, save_mp4
+        from i2pdsl.render.grid.film import save_film
 
-        save = save_gif if path.suffix == ".gif" else save_mp4
         meters = self.meters()
-        save(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
-
-
-def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """Curves by name; of very many those that are believed most, and the others taken together.
-
-    Args:
-        values: [names, T + 1].
-    """
-    curves = list(zip(names, values, strict=True))
-    if len(curves) <= CURVES_MAX:
-        return curves
-    order = np.argsort(-values.max(axis=1), kind="stable")
-    kept, rest = sorted(order[: CURVES_MAX - 1]), order[CURVES_MAX - 1 :]
-    others = f"{len(rest)}{OTHERS}"
-    return [*(curves[i] for i in kept), (others, values[rest].sum(axis=0))]
-
-
-def _series(curves: Any) -> tuple[Series, ...]:
-    found = []
-    for number, (label, values) in enumerate(curves):
-        color = PALETTE.get(label, _MORE_COLORS[number % len(_MORE_COLORS)])
-        found.append(Series(str(label), np.asarray(values), color))
-    return tuple(found)
-
-
-def _belief(panel: Panel, t: int) -> str:
-    """What viewers believe of one thing after frame t, or that they cannot tell."""
-    named = [s for s in panel.series if not s.label.endswith(OTHERS)]
-    first, *others = sorted(named, key=lambda s: -s.values[t])
-    who, _, what = panel.title.partition("'s ")
-    if others and first.values[t] - others[0].values[t] < UNSURE:
-        return f"{who}: hard to tell"
-    verb = "wants" if what == "goal" else "is"
-    return f"{who} {verb} {first.label} ({percent(first.values[t])})"
+        save_film(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)

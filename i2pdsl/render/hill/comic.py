@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from i2pdsl.render.hill.figures import CRATES
-from i2pdsl.render.hill.performance import Performance, key_frames, units
+from i2pdsl.render.hill.performance import Performance, opening, units
 from i2pdsl.render.hill.scene import View, scene_svg, view_of
 from i2pdsl.render.ink import INK
+from i2pdsl.render.key_frames import evenly
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.mind import WINDOW, Window
 from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
@@ -52,7 +53,7 @@ def together_svg(performances: Sequence[Performance], title: str, count: int = 4
     """Several performances, one to a row, at the same `count` moments, as an SVG document."""
     view = view_of(performances)
     lasting = max(performances, key=lambda p: p.frames)
-    frames = key_frames(lasting.frames, (), count)
+    frames = evenly(lasting.frames, count, opening(lasting.frames))
     high = PANEL * view.height / view.width
     top = GUTTER + TITLE * 1.6 + 30
     parts = []

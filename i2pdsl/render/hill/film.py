@@ -13,21 +13,14 @@ from i2pdsl.render.hill.race import Race
 from i2pdsl.render.hill.scene import view_of
 from i2pdsl.render.performances import meters, side_by_side, spread, windows_of
 from i2pdsl.render.strip import Strip
-from i2pdsl.render.video import (
-    PALETTE_SAMPLES,
-    PathLike,
-    Progress,
-    shown_times,
-    write_gif,
-    write_mp4,
-)
+from i2pdsl.render.video import Times
 
 NUMBERS_SECONDS = 0.5  # how often numbers change, to be read
 
 
 def film_frames(
     performances: Sequence[Performance],
-    times: Sequence[float] | np.ndarray,
+    times: Times,
     width: int,
     title: str,
 ) -> Iterator[np.ndarray]:
@@ -50,41 +43,6 @@ def film_frames(
     strip = Strip(lasting.frames, width, title, curves, _clock(lasting), shaded, hold)
     below: list[Race | Strip] = [Race(performances, width, hold)] if several else []
     yield from side_by_side(painters, [*below, strip], width, times)
-
-
-def save_mp4(
-    path: PathLike,
-    performances: Sequence[Performance],
-    title: str,
-    *,
-    width: int | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Every frame of the world, in its own time. `progress(done, total)` counts pictures."""
-    seconds = performances[0].frame_seconds
-    fps = 1 / seconds
-    times = shown_times(max(p.frames for p in performances), fps, seconds)
-    width = width or (800 if len(performances) == 1 else 1280)
-    frames = film_frames(performances, times, width, title)
-    write_mp4(path, frames, len(times), fps, progress)
-
-
-def save_gif(
-    path: PathLike,
-    performances: Sequence[Performance],
-    title: str,
-    *,
-    fps: float = 10,
-    width: int | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Smaller and with fewer pictures than the MP4, in the same time."""
-    last, seconds = max(p.frames for p in performances), performances[0].frame_seconds
-    times = shown_times(last, fps, seconds)
-    width = width or (480 if len(performances) == 1 else 780)
-    frames = film_frames(performances, times, width, title)
-    samples = film_frames(performances, np.linspace(0, last, PALETTE_SAMPLES), width, title)
-    write_gif(path, frames, samples, len(times), fps, progress)
 
 
 def _clock(performance: Performance) -> Callable[[int], str]:

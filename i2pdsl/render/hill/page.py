@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.render.film_page import Film, film_page, plain
 from i2pdsl.render.hill.figures import CRATES, IDLE, LAYERS, LONG, SHORT, pose_svg, rig
 from i2pdsl.render.hill.performance import Performance, key_frames, units
@@ -29,6 +30,7 @@ def page_html(
     panels: Sequence[Panel],
     title: str,
     windows: Sequence[Window] = (),
+    wishes: Sequence[Wish] = (),
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest."""
     lasting = max(performances, key=lambda p: p.frames)
@@ -47,7 +49,9 @@ def page_html(
         classes="theatre wide" if several else "theatre",
     )
     source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
-    return film_page(film, panels, title, _about(performances), source, windows=windows)
+    return film_page(
+        film, panels, title, _about(performances), source, windows=windows, wishes=wishes
+    )
 
 
 def save_page(
@@ -56,9 +60,10 @@ def save_page(
     panels: Sequence[Panel],
     title: str,
     windows: Sequence[Window] = (),
+    wishes: Sequence[Wish] = (),
 ) -> Path:
     """Writes `page_html`, whole or not at all."""
-    write_text(Path(path), page_html(performances, panels, title, windows))
+    write_text(Path(path), page_html(performances, panels, title, windows, wishes))
     return Path(path)
 
 
@@ -88,7 +93,7 @@ def _happenings(captions: Sequence[str], performance: Performance) -> list[int]:
     changes = [t for t in range(len(captions)) if t == 0 or captions[t] != captions[t - 1]]
     if len(changes) <= 2 * TOLD:
         return changes
-    return key_frames(performance.frames, performance.windows, TOLD)
+    return key_frames(performance, TOLD)
 
 
 # ------------------------------------------------------------------------------------ the stage

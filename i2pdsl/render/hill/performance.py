@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from i2pdsl.render.key_frames import EDGE, PLACE, minds
+from i2pdsl.render.key_frames import key_frames as chosen_frames
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.worlds.hill.hopper import HIPS, MUSCLE_COUNT, NODE_COUNT
 
+FAR = 10.0  # units up the slope: who does not come so far has hardly moved
 OPENING_FRAMES = 16  # for so long the first key frame waits: the box drops when the world starts
 
 
@@ -23,7 +26,9 @@ class Performance:
         positions [T + 1, 2, 19]: x and y of the nodes, in the world's unit.
         actuation [T, 6]: of the muscles; positive ones lengthen.
         weight: of the box, the true one. It is told in words and never shown in the picture.
-        panels: curves over t = 0..T. The first series of the first panel is shown with the film.
+        panels: curves over t = 0..T.
+        leading: the curves that are shown with the film: of what the story is about.
+        moments: the frames that belong to the story, and how much they matter (`key_frames`).
         windows: stretches of time to mark, such as a stumble.
         captions: T + 1 lines, or a function that gives the line of a frame.
         source: the story's text.
@@ -36,6 +41,8 @@ class Performance:
     actuation: np.ndarray
     weight: float
     panels: tuple[Panel, ...] = ()
+    leading: Panel | None = None
+    moments: Mapping[int, float] = field(default_factory=dict)
     windows: tuple[Window, ...] = ()
     captions: Sequence[str] | Callable[[int], str] = ()
     source: str = ""
@@ -58,11 +65,6 @@ class Performance:
                 raise ValueError(f"window {window.label!r} ends after the last frame, {frames}")
         if not callable(self.captions) and len(self.captions) not in (0, frames + 1):
             raise ValueError(f"{frames + 1} captions are needed, not {len(self.captions)}")
-
-    @property
-    def leading(self) -> Panel | None:
-        """The curves that are shown with the film."""
-        return self.panels[0] if self.panels else None
 
     @property
     def frames(self) -> int:
@@ -98,17 +100,22 @@ def units(distance: float) -> str:
     return f"{round(distance)} units".replace("-", "−")
 
 
-def key_frames(frames: int, windows: Sequence[Window], count: int = 8) -> list[int]:
-    """At most `count` of the frames 0..T: an early one, the last, where windows begin and end, and
-    others that cut the ways between these into pieces as even as can be."""
-    opening = min(OPENING_FRAMES, frames // 20)
-    wanted = [opening, frames, *(edge for w in windows for edge in (w.first, w.last))]
-    fixed = sorted(set(wanted[: max(count, 2)]))
-    gaps = np.diff(fixed)
-    pieces = np.ones(len(gaps), dtype=int)
-    while 1 + pieces.sum() < count and (pieces < gaps).any():
-        pieces[np.where(pieces < gaps, gaps / pieces, 0).argmax()] += 1
-    chosen = [fixed[0]]
-    for start, gap, cuts in zip(fixed, gaps, pieces, strict=False):
-        chosen += [start + round(gap * k / cuts) for k in range(1, cuts + 1)]
-    return chosen
+def key_frames(performance: Performance, count: int) -> list[int]:
+    """At most `count` of the frames 0..T: an early one, the last, where windows begin and end,
+    where what is asked turns, where the hopper falls, and where it has come far since the one
+    before."""
+    way = performance.distance
+    span = max(float(way.max() - way.min()), FAR)
+    beliefs = minds(performance.leading, performance.panels)
+    moments = dict(performance.moments)
+    for window in performance.windows:
+        moments |= {window.first: EDGE, window.last: EDGE}
+    first, *others = chosen_frames(
+        [PLACE * way / span], beliefs, performance.frames, count, moments
+    )
+    return sorted({max(first, opening(performance.frames)), *others})
+
+
+def opening(frames: int) -> int:
+    """The first key frame of so many."""
+    return min(OPENING_FRAMES, frames // 20)

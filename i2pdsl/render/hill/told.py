@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,9 +10,12 @@ import numpy as np
 
 from i2pdsl.errors import Source
 from i2pdsl.language.scope import Module
-from i2pdsl.language.vocabulary import show_value
-from i2pdsl.render.files import UNSURE, percent, printable
+from i2pdsl.language.vocabulary import Value, show_value
+from i2pdsl.objective.subjects import Claims
+from i2pdsl.render.files import printable
+from i2pdsl.render.focus import focus_of, in_words, led
 from i2pdsl.render.hill.performance import Performance
+from i2pdsl.render.key_frames import EDGE, TURN
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hill.hopper import NODE_COUNT
@@ -29,16 +33,20 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     world: Any = script.world  # a HillWorld
     states = script.trajectory.states
     positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
-    beliefs = _beliefs(script)
+    usual = (_beliefs(script), *_curves(script))
+    focus = focus_of(script, usual, _sentence)
+    moments = {t: TURN * weight for t, weight in focus.turns.items()}
     return Performance(
         title=printable(title or script.record.title or world.name),
         slope=world.spec.settings.slope,
         positions=positions,
         actuation=world.actuation(states[:-1], script.trajectory.actions),
         weight=world.spec.settings.weight,
-        panels=(beliefs, *_curves(script)),
+        panels=led(focus.leading, usual),
+        leading=focus.leading,
+        moments=moments | dict.fromkeys(_falls(script), EDGE),
         windows=tuple(Window(*window) for window in script.windows),
-        captions=[_caption(beliefs, t) for t in range(len(states))],
+        captions=[focus.caption(t) for t in range(len(states))],
         source=script.record.text,
         frame_seconds=FRAME_SECONDS,
     )
@@ -53,10 +61,33 @@ def _beliefs(script: Script) -> Panel:
         names = [f"light ({show_value(weights[0])})", f"heavy ({show_value(weights[1])})"]
     pairs = list(zip(names, curves, strict=True))[::-1]
     series = tuple(
-        Series(name, np.asarray(curve), _COLORS[i % len(_COLORS)])
+        Series(
+            name,
+            np.asarray(curve),
+            _COLORS[i % len(_COLORS)],
+            claim=f"the box {'is' if len(weights) == 2 else 'has'} {name.partition(' (')[0]}",
+        )
         for i, (name, curve) in enumerate(pairs)
     )
-    return Panel("weight of the box", "probability", series)
+    question = "how heavy the box is"
+    return Panel("weight of the box", "probability", series, "probability", WEIGHT, question)
+
+
+def _sentence(event: Claims, condition: Claims) -> tuple[str, str]:
+    words = in_words(_one, event, condition)
+    return words, words
+
+
+def _one(latent: str, values: Sequence[Value]) -> str:
+    """That something has one of some values: the box its weight."""
+    named = " or ".join(map(show_value, values))
+    return f"the box has weight {named}" if latent == WEIGHT else f"{latent} is {named}"
+
+
+def _falls(script: Script) -> list[int]:
+    """The frames in which the hopper comes to lie."""
+    lies = _with_start(script, f"fallen({HOPPER})") > 0.5
+    return [int(t) + 1 for t in np.flatnonzero(lies[1:] & ~lies[:-1])]
 
 
 def _curves(script: Script) -> list[Panel]:
@@ -88,11 +119,3 @@ def _smooth(values: np.ndarray) -> np.ndarray:
     last = np.arange(len(values))
     first, end = np.maximum(last - half, 0), np.minimum(last + half + 1, len(values))
     return (total[end] - total[first]) / (end - first)
-
-
-def _caption(beliefs: Panel, t: int) -> str:
-    """What viewers believe of the box after frame t, or that they cannot tell."""
-    first, second, *_ = sorted(beliefs.series, key=lambda s: -s.values[t])
-    if first.values[t] - second.values[t] < UNSURE:
-        return "the box: hard to tell"
-    return f"the box is {first.label.partition(' (')[0]} ({percent(first.values[t])})"

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from i2pdsl.render.ink import INK
+from i2pdsl.render.key_frames import evenly
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.mind import WINDOW, Window
 from i2pdsl.render.panels import GUTTER, TEXT, TITLE
@@ -27,7 +28,7 @@ from i2pdsl.render.raster import text_width
 PANEL = (300.0, 250.0)  # pixels that a panel has at most
 WIDE, WIDE_PANEL = 2.2, 430.0  # from which shape on a room counts as wide, and its panels' width
 SLOT = 190.0  # pixels that a panel's caption has at least
-LINES = 3  # of a caption, at most
+LINES = 4  # of a caption, at most
 ASIDE = 270.0  # pixels that the whole way has at least: what is said below it needs them
 LABEL = 150.0  # pixels for a performance's name beside its row
 DOT = 3.6  # pixels: of the moments on the way
@@ -83,7 +84,7 @@ def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> st
 def together_svg(performances: Sequence[Performance], title: str, count: int = 5) -> str:
     """Several performances, one to a row, at the same `count` moments, as an SVG document."""
     lasting = max(performances, key=lambda p: p.frames)
-    frames = sorted({round(t) for t in np.linspace(0, lasting.frames, count).tolist()})
+    frames = evenly(lasting.frames, count)
     spec = lasting.spec
     view = view_within(spec, *PANEL)
     slot = max(view.width, SLOT)

@@ -17,14 +17,7 @@ from i2pdsl.render.plane.room import CREAM, FRAME
 from i2pdsl.render.plane.stage import stage_within
 from i2pdsl.render.raster import composite, svg_rgba, text_width
 from i2pdsl.render.strip import Strip
-from i2pdsl.render.video import (
-    PALETTE_SAMPLES,
-    PathLike,
-    Progress,
-    shown_times,
-    write_gif,
-    write_mp4,
-)
+from i2pdsl.render.video import Times
 
 SIGN_HEIGHT = 30  # pixels at the top that names and windows may take
 HIGH = 0.72  # of a film's width: a stage is not higher
@@ -109,7 +102,7 @@ class Painter:
 
 def film_frames(
     performances: Sequence[Performance],
-    times: Sequence[float] | np.ndarray,
+    times: Times,
     width: int,
     title: str,
 ) -> Iterator[np.ndarray]:
@@ -132,37 +125,3 @@ def film_frames(
 
 def _clock(last: int) -> Callable[[int], str]:
     return lambda frame: "start" if frame == 0 else f"frame {frame} of {last}"
-
-
-def save_mp4(
-    path: PathLike,
-    performances: Sequence[Performance],
-    title: str,
-    *,
-    fps: float = 25,
-    width: int | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """`progress(done, total)` counts pictures; `width` is in pixels."""
-    last, seconds = max(p.frames for p in performances), frame_seconds(performances)
-    times = shown_times(last, fps, seconds)
-    width = width or (800 if len(performances) == 1 else 1280)
-    write_mp4(path, film_frames(performances, times, width, title), len(times), fps, progress)
-
-
-def save_gif(
-    path: PathLike,
-    performances: Sequence[Performance],
-    title: str,
-    *,
-    fps: float = 20,
-    width: int | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Smaller than the MP4, in the same time. GIF keeps 10, 20, 25 or 50 pictures a second."""
-    last, seconds = max(p.frames for p in performances), frame_seconds(performances)
-    times = shown_times(last, fps, seconds)
-    width = width or (640 if len(performances) == 1 else 960)
-    frames = film_frames(performances, times, width, title)
-    samples = film_frames(performances, np.linspace(0, last, PALETTE_SAMPLES), width, title)
-    write_gif(path, frames, samples, len(times), fps, progress)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.objective.wishes import Wish
 from i2pdsl.render.film_page import Film, film_page, plain
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.render.plane.figures import (
@@ -39,6 +40,7 @@ def page_html(
     panels: Sequence[Panel],
     title: str,
     windows: Sequence[Window] = (),
+    wishes: Sequence[Wish] = (),
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest."""
     several = len(performances) > 1
@@ -61,7 +63,7 @@ def page_html(
     source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
     count = lasting.frames
     about = f"{lasting.spec.name} · {count} frame{'' if count == 1 else 's'}"
-    return film_page(film, panels, title, about, source, windows=windows)
+    return film_page(film, panels, title, about, source, windows=windows, wishes=wishes)
 
 
 def save_page(
@@ -70,9 +72,10 @@ def save_page(
     panels: Sequence[Panel],
     title: str,
     windows: Sequence[Window] = (),
+    wishes: Sequence[Wish] = (),
 ) -> Path:
     """Writes `page_html`, whole or not at all."""
-    write_text(Path(path), page_html(performances, panels, title, windows))
+    write_text(Path(path), page_html(performances, panels, title, windows, wishes))
     return Path(path)
 
 

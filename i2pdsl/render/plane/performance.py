@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from i2pdsl.render.key_frames import EDGE, PLACE, TURN, minds
+from i2pdsl.render.key_frames import key_frames as chosen_frames
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
@@ -15,9 +17,8 @@ FRAME_SECONDS = 0.07  # a hundred frames in seven seconds
 LONGEST, SHORTEST = 24.0, 2.5  # seconds of a film's motion, as far as frames can be shown so
 SLOWEST = 0.3  # seconds of a frame
 GAZE_FRAMES = 1.5  # over about so many the eyes even out the motion that they look along
-CANDIDATES = 400  # of a very long performance, only so many frames are considered
-EVEN = 0.02  # what uneven key frames cost, where all else is equal
-TURN, PLACE = 0.25, 1.5  # what a turn, or the way across the room, counts beside a belief
+TURNING = 0.25  # what a turn of the eyes counts beside a belief
+NEAR = 0.1  # of a radius: two discs that are as near as this touch
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +30,8 @@ class Performance:
         panels: curves over t = 0..T.
         windows: stretches of time to mark.
         captions: T + 1 lines.
-        leading: the first panel that is shown with the film.
+        leading: the curves that are shown with the film: of what the story is about.
+        turns: the frames in which what the story asks turns, and how much that matters.
         source: the story's text.
     """
 
@@ -40,6 +42,7 @@ class Performance:
     windows: tuple[Window, ...] = ()
     captions: Sequence[str] = ()
     leading: Panel | None = None
+    turns: Mapping[int, float] = field(default_factory=dict)
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -97,6 +100,16 @@ class Performance:
         course = self.positions[:, number]
         return np.stack([np.interp(times, frames, course[:, k]) for k in (0, 1)], axis=1)
 
+    @property
+    def contacts(self) -> list[int]:
+        """The frames in which two come to touch each other."""
+        if len(self.spec.characters) != 2:
+            return []
+        first, second = (c.radius for c in self.spec.characters)
+        apart = np.linalg.norm(self.positions[:, 0] - self.positions[:, 1], axis=-1)
+        touching = apart < (1 + NEAR) * (first + second)
+        return [int(t) + 1 for t in np.flatnonzero(touching[1:] & ~touching[:-1])]
+
     def window_at(self, time: float) -> Window | None:
         """The marked stretch that a time lies in."""
         return next((w for w in self.windows if w.first <= time <= w.last), None)
@@ -109,30 +122,12 @@ def frame_seconds(performances: Sequence[Performance]) -> float:
 
 
 def key_frames(performance: Performance, count: int) -> list[int]:
-    """At most `count` of the frames 0..T, first and last among them: where beliefs change, where
-    somebody turns, and where somebody has come far since the one before.
-
-    Holding each chosen frame until the next one gives a step function; the choice is the one
-    nearest to beliefs, gazes and places in squares (dynamic programming), even ones before others.
-    """
-    frames = np.unique(np.linspace(0, performance.frames, CANDIDATES).astype(int))
-    count = min(count, len(frames))
+    """At most `count` of the frames 0..T, first and last among them: where what is asked turns,
+    where the two meet, where somebody turns, and where somebody has come far since the one
+    before."""
     room = np.hypot(performance.spec.width, performance.spec.height)
-    courses = [TURN * performance.gaze, PLACE * performance.positions / room]
-    courses += [s.values for p in performance.panels if p.kind == "probability" for s in p.series]
-    flat = np.concatenate([c.reshape(performance.frames + 1, -1) for c in courses], axis=1)
-    held = np.nan_to_num(flat)[frames]
-    squares = ((held[:, None] - held) ** 2).sum(axis=-1)
-    # [i, j] What it costs to hold frames[i] until frames[j] comes.
-    cost = np.cumsum(np.triu(squares), axis=1) - squares
-    gaps = (frames - frames[:, None]) / max(performance.frames, 1)
-    cost = np.where(gaps > 0, cost + EVEN * gaps**2, np.inf)
-    best, came = np.where(frames == 0, 0.0, np.inf), []
-    for _ in range(count - 1):
-        total = best[:, None] + cost
-        came.append(total.argmin(axis=0))
-        best = total.min(axis=0)
-    chosen = [len(frames) - 1]
-    for before in reversed(came):
-        chosen.append(int(before[chosen[-1]]))
-    return [int(frames[k]) for k in reversed(chosen)]
+    seen = [TURNING * performance.gaze, PLACE * performance.positions / room]
+    beliefs = minds(performance.leading, performance.panels)
+    moments = {t: TURN * weight for t, weight in performance.turns.items()}
+    moments |= dict.fromkeys(performance.contacts[:1], EDGE)
+    return chosen_frames(seen, beliefs, performance.frames, count, moments)

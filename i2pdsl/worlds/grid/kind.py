@@ -145,6 +145,10 @@ class GridKind(Kind):
 
         return distance(world, first, second) / APART
 
+    def meet(self, world: GridWorld, states: np.ndarray) -> bool:
+        alone = len(world.spec.characters) < 2
+        return alone or bool(world.feature(world.tables, "adjacent", (0, 1), states).any())
+
     # By hand.
 
     def played(

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid.spec import ACTIONS, STAY
+from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, STAY
 from i2pdsl.worlds.world import Branches
 
 Array = Any
@@ -186,6 +186,17 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     )
 
 
+def endings(tables: Tables, moves: Moves, state: Array) -> Array:
+    """The states after each joint turn, [..., K]: `turns` without what anybody expects."""
+    xp = namespace(tables.cells)
+    ends = xp.asarray(state)[..., None]
+    for who in range(len(moves.weak)):
+        acts = [action if ok else STAY for action, ok in moves.outcomes(who)]
+        moved = xp.moveaxis(tables.successor[who][:, ends], 0, -1)[..., acts]
+        ends = moved.reshape(*ends.shape[:-1], -1)
+    return ends
+
+
 def _chance(xp: Any, outcomes: tuple[tuple[int, bool], ...], moved: Array, p: Array) -> Array:
     """Probability of each outcome given its action: 1 where there was nothing to attempt."""
     one = xp.ones_like(p)
@@ -263,6 +274,15 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     return tuple(rows)
 
 
+def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
+    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
+    xp = namespace(tables.cells)
+    states = _step(tables, moves, state, action)
+    is_turn = (action < moves.turn_count)[..., None, None]
+    best = (xp.max(log_policy(tables, who, states[who]), axis=-3) for who in range(len(moves.weak)))
+    return tuple(xp.where(is_turn, row, 0.0) for row in best)
+
+
 def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
     """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
     xp = namespace(tables.cells)
@@ -288,7 +308,8 @@ def feature(
 ) -> Array:
     """Whether a predicate holds at `state`, or in the frame that led from `before` to it.
 
-    Entities are numbers; a place is given by its cell numbers [n].
+    Entities are numbers; a place is given by its cell numbers [n]. What is asked of pairs of
+    cells comes with its table, [(N + 1)^2]; of a cell and a place [N + 1] and None for the place.
     """
     xp = namespace(tables.cells)
     match name:
@@ -297,8 +318,14 @@ def feature(
             return (tables.cells[state, entity][..., None] == xp.asarray(places)).any(-1)
         case "absent":
             return tables.cells[state, arguments[0]] == tables.absent
-        case "adjacent":
+        case "adjacent" | "touching":
             return _adjacent(tables, state, *arguments)
+        case "sees" | "distance":
+            entity, other, table = arguments
+            here = tables.cells[state, entity]
+            if other is not None:
+                here = here * (tables.absent + 1) + tables.cells[state, other]
+            return xp.asarray(table)[here]
     assert before is not None
     assert action is not None
     is_turn = action < moves.turn_count
@@ -307,12 +334,25 @@ def feature(
         return gone & (tables.cells[state, arguments[0]] != tables.absent)
     who = arguments[0]
     act, _ = decode(moves, who, action, xp)
-    if name == "tried":
-        return is_turn & (act != STAY)
+    if name in ("tried", "idle"):
+        tried = is_turn & (act != STAY)
+        return tried if name == "tried" else ~tried
     states = _step(tables, moves, before, action)
+    if name == "faces":
+        return is_turn & _ahead(tables, states[who], who, act, arguments[1])
     entity = who if name == "moved" else arguments[1]
     changed = tables.cells[states[who], entity] != tables.cells[states[who + 1], entity]
     return is_turn & changed if name == "moved" or entity != who else is_turn & False
+
+
+def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Array:
+    """Whether an action points to an entity or a place: into the quarter in which that lies."""
+    xp = namespace(tables.cells)
+    here = tables.coordinates[tables.cells[state, who]]
+    there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
+    way = tables.coordinates[there] - here[..., None, :]
+    ahead = (way * xp.asarray(OFFSETS)[act][..., None, :]).sum(-1)
+    return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there != tables.absent)).any(-1)
 
 
 def _adjacent(tables: Tables, state: Array, a: int, b: int) -> Array:

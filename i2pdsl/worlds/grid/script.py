@@ -9,6 +9,7 @@ import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
 from i2pdsl.worlds.grid.spec import ACTIONS, STAY, GridSpec
+from i2pdsl.worlds.grid.symmetry import symmetries
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.record import Record, Trajectory
 
@@ -70,7 +71,7 @@ def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
 
 
 def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
-    """How differently two scripts look, in cells.
+    """How differently two scripts look, in cells; mirror images look alike (symmetry.py).
 
     The largest, over the characters and the things that move in either script, of the mean
     distance over time between where it stands in the one and in the other.
@@ -78,8 +79,14 @@ def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
     Args:
         first, second: states [T + 1].
     """
-    cells = world.dynamics.cells
+    cells, absent = world.dynamics.cells, world.dynamics.absent
     a, b = cells[first].astype(np.int64), cells[second].astype(np.int64)
+    images = (np.array((*image, absent)) for image in symmetries(world.spec))
+    return min(_apart(world, a, image[b]) for image in images)
+
+
+def _apart(world: GridWorld, a: np.ndarray, b: np.ndarray) -> float:
+    """The distance of two scripts as they are, of cells [T + 1, E]."""
     characters = len(world.spec.characters)
     moves = (a != a[:1]).any(0) | (b != b[:1]).any(0)
     moves[:characters] = True

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
+from i2pdsl.worlds.grid.sight import MOST_CELLS
 from i2pdsl.worlds.grid.spec import ACTIONS, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
@@ -20,7 +21,23 @@ PREDICATES = (
         "tried", ("character",), "the character chose to move, whether it could or not", True
     ),
     Predicate("fell", ("object",), "an event brought the object in this frame", True),
+    Predicate("touching", ("thing", "thing"), "as `adjacent`, for patterns of all worlds"),
+    Predicate("idle", ("character",), "the character did not choose to move", True),
+    Predicate(
+        "faces",
+        ("character", "spot"),
+        "the character chose to move, and in the direction of the place or of whom it stands for",
+        True,
+    ),
+    Predicate("sees", ("thing", "spot"), "no wall is between the two"),
+    Predicate(
+        "distance",
+        ("thing", "spot"),
+        "the fewest steps from one to the other; as many as there are cells where no way leads",
+        is_number=True,
+    ),
 )
+_BY_PAIRS = ("sees", "distance")
 _DOCUMENTATION = {
     "goal": "reward for acting on one's own goal tile",
     "move": "reward of a move",
@@ -62,16 +79,27 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         columns=columns,
         rows=len(spec.rows),
         events=dict(spec.events),
-        predicates={p.name: p for p in PREDICATES},
+        predicates={
+            p.name: p
+            for p in PREDICATES
+            if p.name not in _BY_PAIRS or len(spec.free_cells) <= MOST_CELLS
+        },
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
             for f in fields(spec.settings)
         },
         observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
-        has_plausibility=any(c.is_weak for c in spec.characters),
+        automatic=_automatic(spec),
         documentation=spec.documentation,
     )
+
+
+def _automatic(spec: GridSpec) -> frozenset[str]:
+    """The automatic terms: where nobody is weak, there is no luck."""
+    of_luck = {"plausibility", "luck"}
+    weak = any(c.is_weak for c in spec.characters)
+    return frozenset(Weights._fields) - (set() if weak else of_luck)
 
 
 def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -24,6 +24,7 @@ from i2pdsl.worlds.grid.planning import (
     problem_keys,
     problem_of,
 )
+from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
@@ -91,6 +92,9 @@ class GridWorld:
     def turns(self, tables: model.Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
 
+    def endings(self, tables: model.Tables, state: Array) -> Array:
+        return model.endings(tables, self.moves, state)
+
     def branch_actions(self, who: int) -> tuple[int, ...]:
         return tuple(action for action, _ in self.moves.outcomes(who))
 
@@ -107,6 +111,14 @@ class GridWorld:
         self, tables: model.Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
+
+    def best_rows(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return model.best_rows(tables, self.moves, state, action)
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return state == after
 
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
@@ -129,10 +141,24 @@ class GridWorld:
         return model.feature(tables, self.moves, name, arguments, state, before, action)
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The checker's arguments in the model's numbers: cells instead of (column, row)."""
-        return tuple(
+        """The checker's arguments in the model's numbers: cells instead of (column, row), and
+        what is known of pairs of cells (of each cell and the nearest of a place)."""
+        found = tuple(
             tuple(self.cell_number[c] for c in a) if isinstance(a, tuple) else a for a in arguments
         )
+        if name not in ("sees", "distance"):
+            return found
+        table = self._pairs[name]
+        first, other = found
+        if isinstance(other, int):
+            return first, other, table.reshape(-1)
+        cells = table[:, list(other)]
+        return first, None, cells.any(1) if name == "sees" else cells.min(1)
+
+    @cached_property
+    def _pairs(self) -> dict[str, np.ndarray]:
+        where = self.dynamics.coordinates
+        return {"sees": in_sight(where), "distance": walking(where)}
 
     def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
@@ -151,7 +177,15 @@ class GridWorld:
             )
         return zero + code, zero == 0
 
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
+        """Values stay as they are: beta changes what is made of them, not what the modelled one
+        is expected to do."""
+        sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
+        told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
+
     action_shape = ()
+    rows_are_scaled = False
 
     @property
     def turn_count(self) -> int:

@@ -16,6 +16,7 @@ from i2pdsl.worlds.hill.springs import Motion
 
 Array = Any
 
+MOVED = 0.02  # units in a frame that are seen as a motion of a node (about a tenth of a hop's)
 SOFTNESS = 1.0  # units of height over which the smooth step of `fallen` rises
 
 
@@ -131,6 +132,13 @@ def feature(
     first = springs.motion_of(before).position
     gone = springs.ascent(tables.body.slope, first, motion.position, GROUPS[group])
     return gone.reshape(shape)
+
+
+def is_still(state: Array, after: Array) -> Array:
+    """Whether no node has moved so far that it is seen, [...]."""
+    xp = state.__array_namespace__()
+    moved = springs.motion_of(after).position - springs.motion_of(state).position  # [2, N, B]
+    return (xp.sqrt((moved**2).sum(0)).max(0) < MOVED).reshape(state.shape[:-1])
 
 
 def _below(height: Array, limit: float) -> Array:

@@ -82,8 +82,7 @@ def hill_vocabulary(spec: HillSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
         observer_settings=("controller", "evidence", "forgetting", "sigma"),
-        has_rationality=False,
-        has_plausibility=False,
+        automatic=frozenset(),
         enumerable=False,
         usual_length=400,
         preposition="on the",

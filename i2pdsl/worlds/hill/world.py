@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +42,7 @@ class HillWorld(ContinuousWorld):
     # The protocol (worlds/world.py).
 
     action_shape = (MUSCLE_COUNT,)
+    rows_are_scaled = True  # by 1 / sigma^2
 
     def guesses(
         self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
@@ -81,6 +82,15 @@ class HillWorld(ContinuousWorld):
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """The checker's numbers of characters and things as names of groups of nodes."""
         return tuple((HOPPER, BOX)[a] for a in arguments)
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return model.is_still(state, after)
+
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> HillWorld:
+        """Likelihoods are exp(-error / (2 sigma^2))."""
+        sigma = self.tables.sigma / np.sqrt(sharpness)
+        told = {"sigma": sigma, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
 
     def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""

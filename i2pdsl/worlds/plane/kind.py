@@ -154,6 +154,10 @@ class PlaneKind(Kind):
 
         return distance(world, first, second)
 
+    def meet(self, world: PlaneWorld, states: np.ndarray) -> bool:
+        alone = world.cast.count < 2
+        return alone or bool(world.feature(world.tables, "touching", (0, 1), states).any())
+
     # By hand.
 
     def played(

@@ -23,6 +23,8 @@ SOFTNESS = 0.02  # units over which contact sets in
 PREDICATE_SOFTNESS = 0.2  # units over which the smooth step of a predicate rises
 TOUCH = 0.05  # units between the edges of two that touch
 MOVED = 0.005  # units in a frame that are seen as a motion
+SIGHT = 1.0  # units by which a free line of sight counts as free
+FACING = math.cos(math.pi / 4)  # of the largest angle between a motion and what it faces
 CONTACTS = 2  # rounds of pushing apart in a frame
 PI = math.pi
 
@@ -470,6 +472,43 @@ def _smooth(holds: Array, margin: Array) -> Array:
     return smooth + stop_gradient(exact - smooth)
 
 
+def _spot(tables: Tables, places: list[Array], spot: Any) -> Array:
+    """Where another character or a place is, [..., 2]."""
+    return places[spot] if isinstance(spot, int) else tables.places[spot[0]]
+
+
+def _sees(tables: Tables, here: Array, there: Array) -> Array:
+    """Whether no wall crosses the straight line between two points."""
+    xp = here.__array_namespace__()
+    margin = xp.zeros(here.shape[:-1]) + SIGHT
+    if not tables.walls.shape[0]:
+        return _smooth(margin >= 0, margin)
+    first, second = tables.walls[:, 0], tables.walls[:, 1]  # [W, 2]
+    line = (there - here)[..., None, :]
+    length = norm(line)
+    # How far the ends of a wall are to the left of the line, those of the line to the left of it.
+    ends = [_left(line, e - here[..., None, :]) / (length + 1e-9) for e in (first, second)]
+    wall = second - first
+    points = [
+        _left(wall, p[..., None, :] - first) for p in (here, xp.broadcast_to(there, here.shape))
+    ]
+    crossed = (ends[0] * ends[1] < 0) & (points[0] * points[1] < 0)
+    aside = xp.minimum(abs(ends[0]), abs(ends[1]))
+    margin = xp.minimum(margin, xp.where(crossed, -aside, SIGHT).min(-1))
+    return _smooth(margin >= 0, margin)
+
+
+def _left(a: Array, b: Array) -> Array:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def is_still(after: Array) -> Array:
+    """Whether nobody has moved so far that it is seen, [...]."""
+    moved = after[..., after.shape[-1] // 2 :]
+    moved = moved.reshape(*moved.shape[:-1], -1, 2)
+    return (moved**2).sum(-1).max(-1) < MOVED**2
+
+
 def feature(
     tables: Tables,
     name: str,
@@ -488,6 +527,8 @@ def feature(
         (place,) = arguments[1]
         margin = tables.place_radius[place] - norm(here - tables.places[place])
         return _smooth(margin >= 0, xp.asarray(margin))
+    if name == "sees":
+        return _sees(tables, here, _spot(tables, places, arguments[1]))
     if name in ("touching", "distance"):
         apart = norm(here - places[arguments[1]])
         if name == "distance":
@@ -496,8 +537,16 @@ def feature(
         return _smooth(margin >= 0, margin)
     assert before is not None
     velocity = each(state, 2 * count)[count + who]
-    if name == "moved":
+    if name in ("moved", "idle"):
         margin = norm(velocity) - MOVED
+        moved = _smooth(margin >= 0, margin)
+        return moved if name == "moved" else 1 - moved
+    if name == "faces":
+        then = each(before, count)
+        way = _spot(tables, then, arguments[1]) - then[who]
+        ahead = (velocity * way).sum(-1) - FACING * norm(velocity) * norm(way)
+        xp = state.__array_namespace__()
+        margin = xp.minimum(norm(velocity) - MOVED, ahead)
         return _smooth(margin >= 0, margin)
     if name == "speed":
         return norm(velocity)

@@ -13,6 +13,14 @@ from i2pdsl.worlds.plane.spec import PlaneSpec
 ALONE = (
     Predicate("at", ("character", "place"), "its middle is within the place"),
     Predicate("moved", ("character",), "it was seen to move in that frame", True),
+    Predicate("idle", ("character",), "it was not seen to move in that frame", True),
+    Predicate(
+        "faces",
+        ("character", "spot"),
+        "it was seen to move, within 45 degrees of the way straight to the place or to the other",
+        True,
+    ),
+    Predicate("sees", ("character", "spot"), "no wall is between the middles of the two"),
     Predicate("speed", ("character",), "units that it moved in that frame", True, True),
     Predicate(
         "effort",
@@ -92,7 +100,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
         observer_settings=("beta", "forgetting", "observer"),
-        has_plausibility=False,
+        automatic=frozenset({"rationality"}),
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
@@ -82,6 +82,14 @@ class PlaneWorld(ContinuousWorld):
         return tuple(
             tuple(number for number, _ in a) if isinstance(a, tuple) else a for a in arguments
         )
+
+    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return model.is_still(after)
+
+    def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
+        beta = sharpness * self.tables.beta
+        told = {"beta": beta, "forgetting": forgetting, "log_prior": log_prior}
+        return replace(self, tables=self.tables._replace(**told))
 
     # Beginnings.
 

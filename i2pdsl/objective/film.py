@@ -1,0 +1,120 @@
+"""What viewers see in single frames, whatever a story asks: the automatic terms that the paper's
+two do not cover. Sums over frames, kept as a fold keeps them; NumPy and JAX arrays alike.
+
+naturalness  - sum_t sum_u E[max_a log P(a | H) - log P(a_u | H) | what they saw, a_u included]:
+             nobody does what no hypothesis that viewers hold would make sensible. The belief is
+             the one after the action, so that a turn costs little, and everybody is taken for
+             rational, as a random character does nothing wrong.
+luck         - max(0, C - FREE), where C is the greatest cumulative sum of log-likelihood ratios of
+             the attempts of a weak character between a chance whose odds are ODDS times better (or
+             worse) and its own (Page 1954, Continuous inspection schemes, Biometrika 41, 100-115).
+             So a run counts wherever it stands, and two failures cost nothing.
+liveliness   - the number of frames in which nothing changes that a viewer can see.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from i2pdsl.audience.queries import expected_regret
+from i2pdsl.language.story import default_assumption
+from i2pdsl.language.vocabulary import Weights
+from i2pdsl.objective.frame import Frame
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+ODDS = 6.0
+FREE = math.log(4)  # nats; of a chance of .6: two failures in a row, or three successes
+
+
+class Film(NamedTuple):
+    """What the terms have come to; W weak characters.
+
+    Attributes:
+        regret: nats so far, []. still: frames so far, [].
+        tried, succeeded: attempts of each weak character, [W].
+        streaks: the cumulative sum of each for better and for worse luck, now: [2, W].
+        luck: the greatest of them so far, [W].
+    """
+
+    regret: Array
+    still: Array
+    tried: Array
+    succeeded: Array
+    streaks: Array
+    luck: Array
+
+
+def no_film(xp: Any, weak: int, dtype: Any) -> Film:
+    """Before the first frame."""
+    none = xp.zeros((), dtype=dtype)
+    each = xp.zeros((weak,), dtype=dtype)
+    return Film(none, none, each, each, xp.zeros((2, weak), dtype=dtype), each)
+
+
+def see(world: World, tables: Any, chances: Array, film: Film, frame: Frame) -> Film:
+    """One frame further. `chances` are the success probabilities of the weak, [W]."""
+    xp = frame.belief.__array_namespace__()
+    everyone_rational = xp.asarray(default_assumption(world.vocabulary))
+    regret = expected_regret(frame.afterwards, frame.regrets, everyone_rational)
+    still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
+    film = film._replace(regret=film.regret + regret, still=film.still + still)
+    if not world.weak_chances:
+        return film
+    tried, succeeded = world.attempts(tables, frame.before, frame.action)
+    failed = tried & ~succeeded
+    steps = []
+    for odds in (ODDS, 1 / ODDS):
+        other = odds * chances / (1 - chances + odds * chances)
+        of_success, of_failure = xp.log(other / chances), xp.log((1 - other) / (1 - chances))
+        steps.append(xp.where(succeeded, of_success, xp.where(failed, of_failure, 0.0)))
+    streaks = xp.maximum(film.streaks + xp.stack(steps), 0.0)
+    return film._replace(
+        tried=film.tried + tried,
+        succeeded=film.succeeded + succeeded,
+        streaks=streaks,
+        luck=xp.maximum(film.luck, streaks.max(0)),
+    )
+
+
+class Costs(NamedTuple):
+    """The terms before they are weighed; none is positive."""
+
+    plausibility: Array
+    naturalness: Array
+    luck: Array
+    liveliness: Array
+
+
+def costs(chances: Array, film: Film) -> Costs:
+    """What the frames so far cost. plausibility is -(p_hat - p)^2 of each weak character, where
+    p_hat is the share of attempts that succeeded; 0 for one who made none (paper, section 3.2)."""
+    xp = film.regret.__array_namespace__()
+    p_hat = film.succeeded / xp.maximum(film.tried, 1)
+    miss = xp.where(film.tried > 0, (p_hat - chances) ** 2, 0.0)
+    luck = xp.maximum(film.luck - FREE, 0.0)
+    return Costs(-miss.sum(-1), -film.regret, -luck.sum(-1), -film.still)
+
+
+def film_of(world: World, frames: Frame) -> Film:
+    """What the automatic terms come to over a finished script, in doubles."""
+    chances = np.array(world.weak_chances)
+    film = no_film(np, len(chances), float)
+    for t in range(1, len(frames.number)):
+        frame = Frame(*(np.asarray(part[t]) for part in frames))
+        film = see(world, world.tables, chances, film, frame)
+    return film
+
+
+def weighed(weights: Weights, costs: Costs) -> Array:
+    """The costs as a story weighs them."""
+    return (
+        weights.plausibility * costs.plausibility
+        + weights.naturalness * costs.naturalness
+        + weights.luck * costs.luck
+        + weights.liveliness * costs.liveliness
+    )

@@ -1,0 +1,83 @@
+"""A panel of viewers whom a script was not made for, and what they make of it.
+
+Who optimises a script for one simulated viewer also optimises it for that viewer's oddities. So
+candidates are judged by others too: how sharply characters seem to prefer what is best for them,
+how fast viewers forget, and what they thought before anything moved, differs from the story's own
+audience. What is asked of them is the same: the story's objective, of their beliefs.
+
+The panel is the same for all scripts and seeds of a story, so that its figures can be compared. It
+needs no planning: nobody in it believes in another level 0, for which a world would have to be
+solved again (for the kitchen half a minute).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from i2pdsl.language.check import TypedStory
+from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.replay import replay
+from i2pdsl.objective.terms import score_script
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import World
+
+MEMBERS = 8
+SHARPER = 2.0  # times as sharp as to the story's viewers choices seem to the panel, or 1 / so sharp
+DOUBT = 0.7  # standard deviation of the logarithm of what priors are multiplied by
+
+
+@dataclass(frozen=True)
+class Member:
+    """A viewer of the panel, or several where the story's audience is an average: the world as
+    such viewers see it, and how much sharper than the story's they expect choices to be."""
+
+    world: World
+    sharpness: float
+
+    def watch(self, path: Trajectory, known: Frame) -> Frame:
+        """What this member makes of a script. `known` is what the story's viewers make of it."""
+        rows = None
+        if self.world.rows_are_scaled:
+            rows = tuple(self.sharpness * np.moveaxis(known.log_rows[1:], 1, 0))
+        return replay(self.world, path.states, path.actions, rows)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a panel makes of a script: the mean of the story's objective over its members, and the
+    worst. Minus infinity where it has no finite value for some member."""
+
+    mean: float
+    worst: float
+
+
+def panel(story: TypedStory, world: World) -> tuple[Member, ...]:
+    """The panel of a story: each of three ways to differ is spread evenly over the members.
+
+    Forgetting grows by up to 1/T an observation: who forgets most has lost most of what was seen
+    at the beginning when the story ends.
+    """
+    generator = np.random.default_rng(0)
+    sharpness = generator.permutation(np.geomspace(1 / SHARPER, SHARPER, MEMBERS))
+    share = generator.permutation(np.linspace(0, 1, MEMBERS))
+    own, prior = world.forgetting(world.tables), world.log_prior(world.tables)
+    found = []
+    for sharp, more in zip(sharpness.tolist(), share, strict=True):
+        doubted = prior + DOUBT * generator.normal(size=prior.shape[-1])
+        doubted = doubted - np.log(np.exp(doubted).sum(-1, keepdims=True))
+        forgetting = own + (1 - own) * more / story.length
+        found.append(Member(world.with_audience(sharp, forgetting, doubted), sharp))
+    return tuple(found)
+
+
+def judge(
+    story: TypedStory, members: tuple[Member, ...], path: Trajectory, known: Frame
+) -> Judgement:
+    """The panel's judgement of a script; `known` is what the story's own viewers make of it."""
+    with np.errstate(all="ignore"):
+        scores = [score_script(story, m.world, m.watch(path, known)) for m in members]
+    if not np.isfinite(scores).all():
+        return Judgement(-np.inf, -np.inf)
+    return Judgement(float(np.mean(scores)), min(scores))

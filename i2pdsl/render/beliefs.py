@@ -1,0 +1,184 @@
+"""What viewers believe of characters that want something and care about each other, as curves and
+in words: the same for all worlds that have such."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from i2pdsl.language.vocabulary import Value, show_value
+from i2pdsl.objective.subjects import Claims
+from i2pdsl.render.focus import in_words
+from i2pdsl.render.mind import PALETTE, Panel, Series
+from i2pdsl.scripts import Script
+from i2pdsl.worlds.hypotheses import ATTITUDE, Minded, goal_of, rationality_of
+
+# For values that the palette does not name; dashes and labels tell them apart too.
+COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
+CURVES_MAX = 24  # in a panel
+OTHERS = " others"
+
+_ATTITUDES = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
+_SIGNS = {"hindering": -1, "indifferent": 0, "helping": 1}
+
+
+class Cast(Protocol):
+    """The characters of a world."""
+
+    @property
+    def characters(self) -> Sequence[Minded]: ...
+
+    @property
+    def social(self) -> Minded | None:
+        """Who has an attitude to the other, if anyone."""
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """Curves and words of what viewers believe of a cast.
+
+    Attributes:
+        wants: how goals are said that are no places, with `{other}` for the other character.
+    """
+
+    cast: Cast
+    wants: dict[str, str]
+
+    def goal(self, who: str, values: Sequence[str]) -> str:
+        """That a character wants one of some things."""
+        other = next((c.name for c in self.cast.characters if c.name != who), "")
+        usual = [v for v in values if v not in self.wants]
+        told = [f"wants {' or '.join(usual)}"] if usual else []
+        told += [self.wants[v].format(other=other) for v in values if v in self.wants]
+        return f"{who} {' or '.join(told)}"
+
+    def attitude(self, values: Iterable[float]) -> str:
+        """What whoever has an attitude means to do: nobody may be seen to do it."""
+        social, found = self.cast.social, {int(np.sign(v)) for v in values}
+        assert social is not None
+        who = next(c.name for c in self.cast.characters if c.name != social.name)
+        told = {
+            (1,): f"means to help {who}",
+            (-1,): f"means to hinder {who}",
+            (0,): f"does not care about {who}",
+            (0, 1): f"does not mean to hinder {who}",
+            (-1, 0): f"does not mean to help {who}",
+            (-1, 1): f"cares about {who}",
+        }
+        return f"{social.name} {told.get(tuple(sorted(found)), f'may mean anything to {who}')}"
+
+    def sentence(self, event: Claims, condition: Claims) -> tuple[str, str]:
+        """An event's name, and what those think who believe it.
+
+        What somebody means to another who wants something is said as what the deed looks like,
+        whatever the other wants in truth.
+        """
+        social, (*latents,) = self.cast.social, event
+        if social and latents == [ATTITUDE] and len(condition) == 1:
+            other = next(c.name for c in self.cast.characters if c.name != social.name)
+            signs = {int(np.sign(float(v))) for v in event[ATTITUDE]}
+            goals = [str(g) for g in condition.get(goal_of(other), ())]
+            if signs in ({1}, {-1}) and goals and not set(goals) & set(self.wants):
+                verb, to = ("helping", "to") if signs == {1} else ("keeping", "from")
+                place = " or ".join(goals)
+                claim = f"{social.name} acts as if {verb} {other} {to} {place}"
+                return f"{verb} {to} {place}", claim
+        return in_words(self._name, event, condition), in_words(self._one, event, condition)
+
+    def _name(self, latent: str, values: Sequence[Value]) -> str:
+        """As `_one`, as short as can be."""
+        if latent == ATTITUDE:
+            signs = {int(np.sign(float(v))) for v in values}
+            return " or ".join(name for name, sign in _SIGNS.items() if sign in signs)
+        who, named = latent.partition("_")[2], " or ".join(map(show_value, values))
+        return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
+
+    def _one(self, latent: str, values: Sequence[Value]) -> str:
+        """That a latent has one of some values."""
+        if latent == ATTITUDE:
+            return self.attitude([float(v) for v in values])
+        for c in self.cast.characters:
+            if latent == goal_of(c.name):
+                return self.goal(c.name, [str(v) for v in values])
+            if latent == rationality_of(c.name):
+                return f"{c.name} acts {'sensibly' if values == (True,) else 'at random'}"
+        raise ValueError(f"no words for {latent!r}")
+
+    def panels(self, script: Script) -> tuple[Panel, ...]:
+        """The audience's mind over time: goals, alignment, rationality, values."""
+        return (*self._goals(script), *self._attitudes(script), *self._minds(script))
+
+    def _goals(self, script: Script) -> Iterable[Panel]:
+        """For each character the probability of each of its goals."""
+        for c in self.cast.characters:
+            if len(c.goals) > 1:
+                latent = goal_of(c.name)
+                curves = _most(c.goals, script.query(f"P({latent} | script[:t])").T)
+                series = tuple(
+                    replace(s, claim=self.goal(c.name, [s.label])) if s.label in c.goals else s
+                    for s in _all(curves)
+                )
+                question = f"what {c.name} wants"
+                yield Panel(
+                    f"{c.name}'s goal", "probability", series, "probability", latent, question
+                )
+
+    def _attitudes(self, script: Script) -> Iterable[Panel]:
+        """The probabilities that whoever has an attitude helps, hinders or does not care."""
+        social = self.cast.social
+        if not social:
+            return
+        other = next(c.name for c in self.cast.characters if c.name != social.name)
+        numbers = script.world.vocabulary.latents[ATTITUDE].values
+        possible = {int(np.sign(float(v))) for v in numbers}
+        series = _all(
+            (name, script.query(f"P({ATTITUDE} {test} | script[:t])"))
+            for name, test in _ATTITUDES.items()
+            if _SIGNS[name] in possible
+        )
+        series = tuple(replace(s, claim=self.attitude([_SIGNS[s.label]])) for s in series)
+        title, question = f"{social.name}'s alignment", f"what {social.name} means to {other}"
+        yield Panel(title, "probability", series, "probability", ATTITUDE, question)
+
+    def _minds(self, script: Script) -> Iterable[Panel]:
+        """Who is rational, and what everybody who may be expects."""
+        words, names = script.world.vocabulary, [c.name for c in self.cast.characters]
+        rational = _all(
+            (n, script.query(f"P({rationality_of(n)} | script[:t])", assume="nothing"))
+            for n in names
+            if rationality_of(n) in words.latents
+        )
+        if rational:
+            yield Panel("rationality", "probability", rational)
+        pairs = zip(words.hypotheses, script.assumption, strict=True)
+        assumed = [row for row, holds in pairs if holds]
+        # Who is irrational by the story's assumption has no value.
+        minded = [n for n in names if any(row.get(rationality_of(n), True) for row in assumed)]
+        values = _all((n, script.query(f"E[V({n}) | script[:t]]")) for n in minded)
+        if values:
+            yield Panel("expected value", "value", values, "value")
+
+
+def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Curves by name; of very many those that are believed most, and the others taken together.
+
+    Args:
+        values: [names, T + 1].
+    """
+    curves = list(zip(names, values, strict=True))
+    if len(curves) <= CURVES_MAX:
+        return curves
+    order = np.argsort(-values.max(axis=1), kind="stable")
+    kept, rest = sorted(order[: CURVES_MAX - 1]), order[CURVES_MAX - 1 :]
+    others = f"{len(rest)}{OTHERS}"
+    return [*(curves[i] for i in kept), (others, values[rest].sum(axis=0))]
+
+
+def _all(curves: Iterable[tuple[str, np.ndarray]]) -> tuple[Series, ...]:
+    return tuple(
+        Series(label, np.asarray(values), PALETTE.get(label, COLORS[number % len(COLORS)]))
+        for number, (label, values) in enumerate(curves)
+    )

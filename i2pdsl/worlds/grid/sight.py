@@ -1,0 +1,68 @@
+"""How far it is to walk on a map, and what is in sight, between any two of its cells.
+
+Both depend on the walls alone: characters and things can be pushed or walked around, and are looked
+over.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+MOST_CELLS = 2000  # of a map on which it is known: a table has a number for each pair
+
+
+def walking(coordinates: np.ndarray) -> np.ndarray:
+    """The fewest steps between cells, int32 [N + 1, N + 1].
+
+    N where no way leads, and from and to what is not there (the last row and column).
+
+    Args:
+        coordinates: (column, row) of each free cell, [N, 2].
+    """
+    count = len(coordinates)
+    number = {(int(c), int(r)): i for i, (c, r) in enumerate(coordinates)}
+    near = [
+        [number[x] for x in ((c + 1, r), (c - 1, r), (c, r + 1), (c, r - 1)) if x in number]
+        for c, r in number
+    ]
+    steps = np.full((count + 1, count + 1), count, dtype=np.int32)
+    for start in range(count):
+        found = {start: 0}
+        waiting = deque([start])
+        while waiting:
+            here = waiting.popleft()
+            for cell in near[here]:
+                if cell not in found:
+                    found[cell] = found[here] + 1
+                    waiting.append(cell)
+        steps[start, list(found)] = list(found.values())
+    return steps
+
+
+def in_sight(coordinates: np.ndarray) -> np.ndarray:
+    """Whether the straight line between the middles of two cells crosses no wall, [N + 1, N + 1].
+
+    A line that only touches the corner of a wall is free. False for what is not there.
+
+    Args:
+        coordinates: (column, row) of each free cell, [N, 2]; what lies between them is wall.
+    """
+    count = len(coordinates)
+    size = coordinates.max(0) + 1
+    is_wall = np.ones(size, dtype=bool)
+    is_wall[tuple(coordinates.T)] = False
+    seen = np.zeros((count + 1, count + 1), dtype=bool)
+    seen[:count, :count] = True
+    walls = np.argwhere(is_wall)
+    for cell, here in enumerate(coordinates):
+        way = coordinates - here  # [N, 2]
+        for wall in walls - here:
+            # The line passes the middle of the square nearer than its corners do (twice, in whole
+            # numbers), and the square lies between the ends.
+            aside = 2 * abs(way[:, 0] * wall[1] - way[:, 1] * wall[0])
+            near = aside < abs(way).sum(1)
+            between = (np.minimum(way, 0) <= wall) & (wall <= np.maximum(way, 0))
+            seen[cell, :count] &= ~(near & between.all(1))
+    return seen
