@@ -99,10 +99,10 @@ class Story(Shown):
         except StoryError as problem:
             raise self.typed.placed(problem, ast.World) from None
 
-    def task(self, watch: Watch | None = None) -> Task:
+    def task(self, watch: Watch | None = None, effort: int = 1) -> Task:
         """The story in its world, to be searched. Raises StoryError as `world` does."""
         watch = watch or Watch()
-        return Task(self.typed, self.world(watch), watch)
+        return Task(self.typed, self.world(watch), watch, effort)
 
     def solve(
         self,
@@ -111,6 +111,7 @@ class Story(Shown):
         naive: bool = False,
         watch: Watch | None = None,
         choose: Choice = "panel",
+        effort: int = 1,
     ) -> Result:
         """Finds the script.
 
@@ -122,19 +123,27 @@ class Story(Shown):
             naive: no audience; the characters do what is best for them.
             choose: whose opinion of the candidates counts: that of a `panel` of viewers whom they
                 were not made for (objective/panel.py), or the `score`.
+            effort: about so many times the usual time goes into a beam search. For the same seed
+                more effort never makes the best score worse.
 
         >>> result = load("stories/kitchen/help.story").solve(seed=0)
         >>> result.script, result.score
 
-        Raises StoryError where no state fulfils the `start`, or the world is too large;
-        ValueError for a negative seed, no candidates or another choice; NoComputing (a
-        RuntimeError) where JAX cannot run, as in a process that was forked while it ran.
+        Raises StoryError where no state fulfils the `start`, the world is too large, or more effort
+        is asked of a search that is no beam; ValueError for a negative seed, no candidates, no
+        effort or another choice; NoComputing (a RuntimeError) where JAX cannot run, as in a process
+        that was forked while it ran.
         """
-        if seed < 0 or candidates < 1:
-            raise ValueError("a seed is at least 0, and there is at least one candidate")
+        if seed < 0 or candidates < 1 or effort < 1:
+            raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
         if choose not in get_args(Choice):
             raise ValueError(f"candidates are chosen by {' or '.join(get_args(Choice))}")
-        task, search = self.task(watch), search_of(self.typed, naive)
+        task, search = self.task(watch, effort), search_of(self.typed, naive)
+        if effort > 1 and not search.takes_effort:
+            message = "more effort is for beam searches"
+            hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
+            problem = error("search", message, whole_file(self.typed.source.name), hint)
+            raise self.typed.placed(problem, ast.Search)
         scripts, judgements, finished = chosen(task, search, seed, candidates, choose)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
 

@@ -25,3 +25,10 @@ def memory_limit() -> int:
         except (OSError, ValueError):
             continue
     return int(total * 0.8)
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

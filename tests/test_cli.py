@@ -724,7 +724,8 @@ def test_interrupted_while_searching(
             if len(seen) == 2:
                 raise KeyboardInterrupt
 
-        return original(*arguments[:-2], report)
+        *others, _, say, more = arguments
+        return original(*others, report, say, more)
 
     monkeypatch.setattr(beam, "beam_search", search)
     done = i2p("run", "help.story", "--seeds", "0-3", "--json", "--format", "svg")

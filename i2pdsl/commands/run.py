@@ -50,6 +50,12 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
     "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
 )
 @click.option(
+    "--effort",
+    type=click.IntRange(1, 1000),
+    default=1,
+    help="About so many times the search's usual time; never a lower score. Default 1.",
+)
+@click.option(
     "--choose",
     type=click.Choice(["panel", "score"]),
     default="panel",
@@ -66,6 +72,7 @@ def run(
     settings: tuple[tuple[str, str], ...],
     formats: tuple[str, ...],
     candidates: int,
+    effort: int,
     choose: Choice,
     naive: bool,
     as_json: bool,
@@ -90,7 +97,9 @@ def run(
         for number in chosen:
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
-                result, ended = make(story, number, place, formats, candidates, choose, naive, look)
+                result, ended = make(
+                    story, number, place, formats, candidates, choose, naive, effort, look
+                )
             except StoryError as problem:
                 show(problem.diagnostics)
                 status = WRONG
@@ -134,6 +143,7 @@ def make(
     candidates: int,
     choose: Choice,
     naive: bool,
+    effort: int,
     look: FilmLook,
 ) -> tuple[dict[str, Any], int]:
     """Solves one story and draws it; returns the document of `--json`, and the exit status.
@@ -145,7 +155,7 @@ def make(
     from i2pdsl.progress import Bars
 
     with Bars() as bars:
-        found = story.solve(seed, candidates, naive, bars.watch, choose)
+        found = story.solve(seed, candidates, naive, bars.watch, choose, effort)
         chosen = found.candidates[:candidates]  # a descent found more
         parts: list[dict[str, Any]] = []
         for script, judgement in zip(chosen, found.judgements, strict=False):

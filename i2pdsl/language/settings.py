@@ -35,6 +35,7 @@ SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
     "beam": (
         _whole("starts", _PLAN.starts, "initial states that are tried", 1, 1_000_000),
         _whole("width", _PLAN.width, "scripts kept for each start", 1, 10_000),
+        _whole("polish", _PLAN.polish, "so many times their work improves the best", 0, 1000),
     ),
     "descend": (
         _whole("seeds", _PLAN.seeds, "scripts improved side by side", 1, 1000),

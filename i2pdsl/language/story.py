@@ -45,6 +45,7 @@ class SearchPlan:
 
     Attributes:
         starts, width: of a beam: initial states, and scripts kept for each.
+        polish: so many times the work of this first pass goes into searching the best starts again.
         seeds: scripts that a descent improves side by side; the best is the result.
         window: frames that it improves at a time, before it goes on from where they end.
         overlap: share of a window that the next one improves again, from where it will stand.
@@ -59,6 +60,7 @@ class SearchPlan:
     method: str = "beam"
     starts: int = 500
     width: int = 1
+    polish: int = 3
     seeds: int = 8
     window: int = 100
     overlap: float = 0.5

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
+from i2pdsl.objective.held import HeldScope, held_history
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -37,6 +39,8 @@ class Objective:
         init: (tables, params, state) -> carry.
         step: (tables, params, carry, frame) -> carry.
         score: (tables, params, carry, frame) -> number; `frame` is the last one so far.
+        promise: of the same, the score if nothing more happened until the end: viewers go on
+            believing what they believe, and see what they see. At the end it is the score.
         params: what this story passes to them.
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
@@ -47,6 +51,7 @@ class Objective:
     init: Callable[..., Any]
     step: Callable[..., Any]
     score: Callable[..., Array]
+    promise: Callable[..., Array]
     params: Params
     shape: str
     keeps_history: bool
@@ -87,10 +92,12 @@ def compile_objective(
         compiler.numbers.extend((*weights, *world.weak_chances))
     compiler.shape.append(str(seen))
     suffixes = _appended(terms)
+    value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
         init=_init(world, sums, history, length, seen),
         step=_step(world, sums, history, length, seen),
-        score=_score(world, built, places, sums, history, length, suffixes, seen),
+        score=value(held=False),
+        promise=value(held=True),
         params=compiler.params(),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
@@ -179,7 +186,10 @@ def _total(scope: Any, own: _Sum) -> Array:
     """The reduction over the frames so far, and over the appended ones that it reaches."""
     xp, node = scope.xp, own.node
     total = scope.accumulated[own.number]
-    count = xp.clip(scope.count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+    count = scope.count
+    if scope.held:
+        total, count = _joined_held(scope, own, total), scope.length
+    count = xp.clip(count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
     for t in range(max(scope.length + 1, node.first), node.last + 1):
         total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
         count = count + 1
@@ -205,6 +215,21 @@ class _Seen:
     def chances(self, params: Params) -> Array:
         first = self.places.stop
         return params.numbers[first : first + self.weak]
+
+
+def _joined_held(scope: Any, own: _Sum, total: Array) -> Array:
+    """A total with the terms of the frames that are yet to come, were they like the last one."""
+    xp, node = scope.xp, own.node
+    times = xp.arange(max(1, node.first), min(node.last, scope.length) + 1)
+    if not times.shape[0]:
+        return total
+    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
+    held.accumulated, held.length = scope.accumulated, scope.length
+    terms = xp.broadcast_to(own.term(held), times.shape)
+    terms = xp.where(times > scope.last.number, terms, _EMPTY[node.kind])
+    whole = {"min": xp.min, "max": xp.max}.get(node.kind, xp.sum)(terms)
+    joined: Array = getattr(xp, _JOIN[node.kind])(total, whole)
+    return joined
 
 
 class _Carry(NamedTuple):
@@ -297,6 +322,7 @@ def _score(
     length: int,
     appended: list[tuple[ty.Turn, ...]],
     seen: _Seen | None,
+    held: bool,
 ) -> Callable[..., Array]:
     def score(tables: Any, params: Params, carry: _Carry, last: Frame) -> Array:
         xp = last.belief.__array_namespace__()
@@ -308,14 +334,17 @@ def _score(
         scope: Any
         if history:
             assert carry.frames is not None
+            frames = held_history(world, carry.frames, last) if held else carry.frames
             histories: dict[tuple[ty.Turn, ...], tuple[Frame, Array]] = {
-                (): (carry.frames, xp.ones((length + 1,), dtype=bool))
+                (): (frames, xp.ones((length + 1,), dtype=bool))
             }
             for turns, suffix in suffixes.items():
-                histories[turns] = with_suffix(xp, carry.frames, suffix)
-            scope = HistoryScope(world, tables, params, histories, last.number, length, None)
+                histories[turns] = with_suffix(xp, frames, suffix)
+            count = length if held else last.number
+            scope = HistoryScope(world, tables, params, histories, count, length, None)
         else:
-            scope = _FoldScope(world, tables, params, last, carry.first_state, length, suffixes)
+            given = (world, tables, params, last, carry.first_state, length, suffixes)
+            scope = _FoldScope(*given, held=held)
             scope.accumulated = carry.sums
         total = xp.zeros((), dtype=last.belief.dtype)
         for number, value in zip(places, built, strict=True):
@@ -344,6 +373,7 @@ class _FoldScope(EndScope):
             self.length,
             self.suffixes,
             t,
+            self.held,
         )
         scope.accumulated = self.accumulated
         return scope

@@ -114,6 +114,7 @@ class StepScope:
 
     accumulated: Sequence[Array]
     length: int
+    held = False
 
     def __init__(self, world: World, tables: Any, params: Any, frame: Frame, first_state: Array):
         self.world, self.tables, self.params = world, tables, params
@@ -127,7 +128,7 @@ class StepScope:
             return _after(frame, moment)
         if moment.offset == -1:
             return View(frame.previous, frame.before, None)
-        return _prior(self, state=self.first_state)
+        return prior_view(self, state=self.first_state)
 
 
 class StartScope:
@@ -135,6 +136,7 @@ class StartScope:
 
     accumulated: Sequence[Array]
     length: int
+    held = False
 
     def __init__(self, world: World, tables: Any, params: Any, state: Array, zero: Array):
         self.world, self.tables, self.params = world, tables, params
@@ -144,10 +146,11 @@ class StartScope:
 
     def view(self, moment: ty.Moment) -> View:
         index = moment.frames[-moment.first] if moment.first is not None else moment.frames[0]
-        return _prior(self, exists=index == 0, state=self.state)
+        return prior_view(self, exists=index == 0, state=self.state)
 
 
-def _prior(scope: Any, state: Array, exists: Array | bool = True) -> View:
+def prior_view(scope: Any, state: Array, exists: Array | bool = True) -> View:
+    """The moment before anything moved."""
     belief = scope.world.log_prior(scope.tables)
     return View(belief, state, None, exists)
 
@@ -155,7 +158,8 @@ def _prior(scope: Any, state: Array, exists: Array | bool = True) -> View:
 class EndScope:
     """At the end of a prefix of n frames, for a single t (or none): `last` and appended frames.
 
-    Reaches the prior, frame T where n = T, and the frames of appended turns.
+    Reaches the prior, frame T where n = T, and the frames of appended turns. A prefix that is
+    `held` to the end (held.py) has its last frame for frame T.
     """
 
     def __init__(
@@ -168,8 +172,10 @@ class EndScope:
         length: int,
         suffixes: dict[tuple[ty.Turn, ...], list[tuple[Frame, Array]]],
         t: int | None = None,
+        held: bool = False,
     ):
         self.world, self.tables, self.params = world, tables, params
+        self.held = held
         self.last, self.length, self.suffixes = last, length, suffixes
         self.first_state = first_state
         self.count, self.end = last.number, last.state
@@ -179,12 +185,13 @@ class EndScope:
     def view(self, moment: ty.Moment) -> View:
         index = moment.frames[0 if moment.first is None else (self.t or 0) - moment.first]
         if index == 0:
-            return _prior(self, state=self.first_state)
+            return prior_view(self, state=self.first_state)
         if index > self.length:
             frame, possible = self.suffixes[moment.turns][index - self.length - 1]
             return _after(frame, moment, possible)
         frame = self.last
-        return _after(frame, moment, (frame.number == self.length) & (index == self.length))
+        there = self.held or frame.number == self.length
+        return _after(frame, moment, there & (index == self.length))
 
 
 class HistoryScope:

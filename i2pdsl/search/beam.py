@@ -1,38 +1,43 @@
 """Beam search over scripts, from many initial states at once (paper, section 3).
 
-Starts are independent: each has its own beam. They are searched in blocks that bound the memory;
-between blocks the search can be interrupted, and keeps what it has.
+Starts are independent: each has its own beam. They are searched in blocks that bound the memory,
+some of them at once; between blocks the search can be interrupted, and keeps what it has. After a
+first pass over all starts, the best are searched again (rounds.py).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.computing import computing
 from i2pdsl.errors import error, whole_file
 from i2pdsl.objective.appended import tabulate_turns, worth_a_table
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame
 from i2pdsl.programs import Program, Say, compiled_program
-from i2pdsl.search.rollout import Node, children, root, scores
-from i2pdsl.sizes import memory_limit, padded_size
+from i2pdsl.search.pool import Rule, grown
+from i2pdsl.search.rollout import root
+from i2pdsl.search.rounds import Block, rounds
+from i2pdsl.sizes import memory_limit, padded_size, processors
 from i2pdsl.worlds.world import World, single_precision
 
 Array = Any
 
-BLOCK_BYTES = 192 * 2**20  # of working memory for one block of starts
+BLOCK_BYTES = 96 * 2**20  # of working memory for one block
+PLACES = 256  # of a block: scripts side by side
+WORKERS = 8  # blocks that are searched at once, if there are so many processors
 
-# What a search takes for each child and hypothesis, and for each pair of places of a beam that are
-# compared (measured: the kitchen, 2 cores). Another machine is not ten times as fast.
-CHILD_SECONDS, PAIR_SECONDS = 8e-9, 2e-9
+# What a search takes for each child and hypothesis (measured: the kitchen, one core). Another
+# machine is not ten times as fast.
+CHILD_SECONDS = 2e-8
 BRIEF_SECONDS = 0.05  # below, it takes longer to compile well than it saves
 LONG, TOO_LONG = 600.0, 24 * 3600.0  # seconds that are said, and that are refused
 
@@ -56,6 +61,21 @@ class Found:
     compile_seconds: float
 
 
+@dataclass(frozen=True)
+class More:
+    """What a search spends after its first pass.
+
+    Attributes:
+        asked: initial states that the story asks for; there may be fewer.
+        budget: scripts that may be searched beside those of the first pass.
+        fresh: further initial states, for when there is time.
+    """
+
+    asked: int
+    budget: int
+    fresh: np.ndarray
+
+
 def beam_search(
     world: World,
     objective: Objective,
@@ -65,47 +85,60 @@ def beam_search(
     events: tuple[int, ...],
     report: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] | None = None,
+    more: More | None = None,
 ) -> Found:
-    """Searches from every start. Ctrl-C ends it early with what was found.
+    """Searches from every start, and then again from the best. Ctrl-C ends it early with what was
+    found.
 
     Args:
         starts: [N] initial states.
-        width: scripts kept for each start.
+        width: scripts kept for each start in the first pass.
         events: the allowed events, as numbers of `world.events`.
-        report: called with (starts done, all starts).
+        report: called with (scripts searched, all scripts).
         say: is told of damaged caches.
+        more: what is spent on looking again; nothing by default.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where it
     would need too much memory, or more than a day.
     """
-    check_size(world, objective, length, len(starts), width, events, say)
-    ready = prepare_beam(world, objective, length, len(starts), width, events, say)
-    block, run = ready.block, ready.program.run
-    found: list[tuple[np.ndarray, np.ndarray]] = []
-    done = 0
+    more = more or More(len(starts), 0, starts[:0])
+    check_size(world, objective, length, len(starts), width, events, say, more.budget)
+    ready = prepare_beam(world, objective, length, more.asked, width, events, say)
+    every = np.concatenate([starts, more.fresh]).astype(np.int32)
+    best = np.full(len(every), -np.inf, np.float32)
+    found = np.zeros((len(every), length), np.int32)
+    searched = np.zeros(len(every), bool)
+    total, done, finished = len(starts) * width + more.budget, 0, True
+    workers = ThreadPoolExecutor(min(WORKERS, processors()))
     try:
-        while done < len(starts):
-            chunk = starts[done : done + block]
-            padded = np.resize(chunk, block).astype(np.int32)
-            best, actions = jax.device_get(run(ready.tables, ready.params, padded))
-            found.append((best[: len(chunk)], actions[: len(chunk)]))
-            done += len(chunk)
-            if report is not None:
-                report(done, len(starts))
+        for blocks in rounds(len(starts), width, ready.places, more.budget, best):
+            ahead = [workers.submit(ready.search, every, block, length) for block in blocks]
+            for block, each in zip(blocks, ahead, strict=True):
+                scores, actions = each.result()
+                better = ~searched[block.starts] | (scores > best[block.starts])
+                better_starts = block.starts[better]
+                best[better_starts], found[better_starts] = scores[better], actions[better]
+                searched[block.starts] = True
+                done = min(total, done + len(block.starts) * block.width)
+                if report is not None:
+                    report(done, total)
+        if report is not None and done < total:
+            report(total, total)
     except KeyboardInterrupt:
-        if not found:
+        if not searched.any():
             raise
-    best = np.concatenate([b for b, _ in found])
-    actions = np.concatenate([a for _, a in found])
-    order = np.argsort(-best, kind="stable")
-    return Found(
-        starts[:done][order], actions[order], best[order], done == len(starts), ready.seconds
-    )
+        finished = False
+    finally:
+        workers.shutdown(cancel_futures=True)
+    order = np.flatnonzero(searched)
+    order = order[np.argsort(-best[order], kind="stable")]
+    return Found(every[order], found[order], best[order], finished, ready.seconds)
 
 
 @dataclass(frozen=True)
 class Beam:
-    """A beam search that is ready to run: `program` of the tables, parameters and `block` starts.
+    """A beam search that is ready to run: `program` of the tables, parameters, `places` starts and
+    a rule (pool.py).
 
     `seconds` is the time spent on tracing and compiling.
     """
@@ -113,8 +146,21 @@ class Beam:
     program: Program
     tables: Any
     params: Params
-    block: int
+    places: int
     seconds: float
+
+    def search(self, every: np.ndarray, block: Block, length: int) -> tuple[np.ndarray, np.ndarray]:
+        """The best score [G] and actions [G, T] of each start of a block; in any thread."""
+        count, width = len(block.starts), block.width
+        starts = np.resize(np.repeat(every[block.starts], width), self.places).astype(np.int32)
+        rule = Rule(np.int32(width), np.int32(block.alike), np.bool_(block.ahead))
+        with computing():
+            found = self.program.run(self.tables, self.params, starts, rule)
+            scores, actions = (np.asarray(x)[: count * width] for x in found)
+        scores = scores.reshape(count, width)
+        best = scores.argmax(1)
+        at = np.arange(count) * width + best
+        return scores[np.arange(count), best], actions[at]
 
 
 def prepare_beam(
@@ -127,18 +173,34 @@ def prepare_beam(
     say: Callable[[str], None] | None = None,
 ) -> Beam:
     """Compiles a beam search from `count` starts, or finds it in the cache."""
-    most = block_size(world, objective, length, width, events)
-    block = min(padded_size(count, 64), most)
+    wanted = padded_size(count * width, 64)
+    places = max(width, min(wanted, PLACES, block_size(world, objective, length, events)))
     tables = world.search_tables
     began = time.perf_counter()
     params = prepared(world, objective, say)
     layout = world.program_key(objective.suffix_turns)
-    key = ("beam", objective.shape, layout, length, width, events)
-    search = partial(_search_block, world, objective, length, width, events)
-    arguments = (tables, params, np.zeros(block, np.int32))
-    brief = expected_seconds(world, objective, length, count, width, events) < BRIEF_SECONDS
+    key = ("pool", objective.shape, layout, length, events)
+    search = partial(_search, world, objective, length, events)
+    rule = Rule(np.int32(1), np.int32(1), np.bool_(False))
+    arguments = (tables, params, np.zeros(places, np.int32), rule)
+    brief = expected_seconds(world, objective, length, count * width, events) < BRIEF_SECONDS
     program = compiled_program(key, search, arguments, (0, 0), say, brief)
-    return Beam(program, tables, params, block, time.perf_counter() - began)
+    return Beam(program, tables, params, places, time.perf_counter() - began)
+
+
+def _search(
+    world: World,
+    objective: Objective,
+    length: int,
+    events: tuple[int, ...],
+    tables: Any,
+    params: Params,
+    starts: Array,
+    rule: Rule,
+) -> tuple[Array, Array]:
+    """The score [M] and actions [M, T] of the script that has each place in the end."""
+    pool = jax.vmap(partial(root, world, objective, tables, params))(starts)
+    return grown(world, objective, length, events, tables, params, pool, rule)
 
 
 def branching(world: World, events: tuple[int, ...]) -> int:
@@ -146,22 +208,18 @@ def branching(world: World, events: tuple[int, ...]) -> int:
     return world.turn_count + len(events) * world.event_slots
 
 
-def start_bytes(
-    world: World, objective: Objective, length: int, width: int, events: tuple[int, ...]
-) -> int:
-    """Working memory for one start."""
+def place_bytes(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
+    """Working memory for one place of a block."""
     belief = world.tables.log_prior.size
     per_child = 4 * belief * 8
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
-    return width * (per_child * branching(world, events) + 8 * length)
+    return per_child * branching(world, events) + 8 * length
 
 
-def block_size(
-    world: World, objective: Objective, length: int, width: int, events: tuple[int, ...]
-) -> int:
-    """How many starts fit into BLOCK_BYTES."""
-    return max(1, BLOCK_BYTES // start_bytes(world, objective, length, width, events))
+def block_size(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
+    """How many scripts side by side fit into BLOCK_BYTES."""
+    return max(1, BLOCK_BYTES // place_bytes(world, objective, length, events))
 
 
 def check_size(
@@ -172,6 +230,7 @@ def check_size(
     width: int,
     events: tuple[int, ...],
     say: Say | None = None,
+    more: int = 0,
 ) -> None:
     """Refuses a search that does not fit or takes more than a day, and says when it takes long.
 
@@ -179,14 +238,18 @@ def check_size(
     """
     hint = "fewer `starts`, a smaller `width` or a shorter story"
     size = f"{starts:,} starts x {width:,} scripts x {length:,} frames"
-    needed, there = start_bytes(world, objective, length, width, events), memory_limit() // 2
+    if more:
+        size += f", and {more / (starts * width):,.0f} times as much for improving"
+        hint += ", less `polish`, less effort"
+    needed = width * place_bytes(world, objective, length, events)
+    there = memory_limit() // 2
     if needed > there:
         message = (
             f"the search ({size}) needs {needed / 2**30:.1f} GiB of memory for one start, "
             f"{there / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole_file("search"), hint)
-    seconds = expected_seconds(world, objective, length, starts, width, events)
+    seconds = expected_seconds(world, objective, length, starts * width + more, events)
     if seconds > TOO_LONG:
         message = f"the search ({size}) would take about {_duration(seconds)}"
         raise error("too-large", message, whole_file("search"), hint)
@@ -195,17 +258,12 @@ def check_size(
 
 
 def expected_seconds(
-    world: World,
-    objective: Objective,
-    length: int,
-    starts: int,
-    width: int,
-    events: tuple[int, ...],
+    world: World, objective: Objective, length: int, scripts: int, events: tuple[int, ...]
 ) -> float:
-    """How long a search takes, roughly."""
+    """How long it takes to search so many scripts side by side, roughly."""
     looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
     child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
-    return starts * length * width * (child + 4 * (width > 1) * width * PAIR_SECONDS)
+    return scripts * length * child / min(WORKERS, processors())
 
 
 def _duration(seconds: float) -> str:
@@ -226,112 +284,3 @@ def prepared(world: World, objective: Objective, say: Say | None = None) -> Para
     tabulate = lambda tables: tabulate_turns(world, tables, turns)
     program = compiled_program(key, tabulate, (tables,), (0,) * len(turns), say)
     return params._replace(suffix_rows=program.run(tables))
-
-
-def _search_block(
-    world: World,
-    objective: Objective,
-    length: int,
-    width: int,
-    events: tuple[int, ...],
-    tables: Any,
-    params: Params,
-    starts: Array,
-) -> tuple[Array, Array]:
-    """The best score [B] and its actions [B, T] for a block of starts."""
-
-    choose = chooser(world, objective, width, events, tables, params)
-
-    def search(start: Array) -> tuple[Array, Array]:
-        node = root(world, objective, tables, params, start)
-        found, steps = grown(choose, node, width, length)
-        best = jnp.argmax(found)
-        return found[best], traced(steps, best)
-
-    return jax.vmap(search)(starts)
-
-
-Steps = tuple[Array, Array]
-"""For each frame the parents and the actions of a beam's scripts, [frames, W] each."""
-
-
-def grown(
-    choose: Callable[[Node], tuple[Node, Steps]], node: Node, width: int, frames: int
-) -> tuple[Array, Steps]:
-    """The scores [W] of a beam that grows from one node, and its steps."""
-    copies = jax.tree.map(lambda x: jnp.broadcast_to(x, (width, *jnp.shape(x))), node)
-    # One script to go on from: what follows the copies counts for nothing. (A first turn of its
-    # own would do less, and make the program twice as long to compile.)
-    beam = copies._replace(score=jnp.where(jnp.arange(width) > 0, -jnp.inf, copies.score))
-    beam, steps = jax.lax.scan(lambda beam, _: choose(beam), beam, None, length=frames)
-    return beam.score, steps
-
-
-def traced(steps: Steps, place: Array) -> Array:
-    """The actions [frames] of the script that has a place in the end."""
-
-    def back(place: Array, step: Steps) -> Steps:
-        parent, action = step
-        return parent[place], action[place]
-
-    return jax.lax.scan(back, place, steps, reverse=True)[1]
-
-
-def chooser(
-    world: World,
-    objective: Objective,
-    width: int,
-    events: tuple[int, ...],
-    tables: Any,
-    params: Params,
-) -> Callable[[Node], tuple[Node, tuple[Array, Array]]]:
-    """One turn of a beam: the `width` best children of its nodes, each with the number of its
-    parent and its action."""
-
-    def expand(node: Node) -> tuple[Frame, Array]:
-        frames, real = children(world, tables, node, events)
-        return frames, scores(objective, tables, params, node, frames, real)
-
-    def choose(beam: Node) -> tuple[Node, tuple[Array, Array]]:
-        frames, values = jax.vmap(expand)(beam)  # [W, K, ...], [W, K]
-        count = values.shape[1]
-        if width == 1:
-            picked = jnp.argmax(values, axis=1)
-        else:
-            picked = _best_different(width, objective.keeps_history, frames, values, beam)
-        worth = values.reshape(-1)[picked]
-        parent, child = picked // count, picked % count
-        action = frames.action[parent, child]
-        chosen = jax.tree.map(lambda x: x[parent, child], frames)
-        carry = jax.tree.map(lambda x: x[parent], beam.carry)
-        carry = jax.vmap(partial(objective.step, tables, params))(carry, chosen)
-        return Node(chosen.number, chosen.state, chosen.belief, carry, worth), (parent, action)
-
-    return choose
-
-
-def _best_different(
-    width: int, keeps_history: bool, frames: Frame, values: Array, beam: Node
-) -> Array:
-    """The best children [W] as flat indices, leaving out those that others repeat.
-
-    Two prefixes repeat each other if they have the same state, belief, score and sums: all that
-    could follow one can follow the other. Where the history counts, nothing repeats.
-    """
-    flat = values.reshape(-1)
-    if keeps_history:
-        return jax.lax.top_k(flat, width)[1]
-    top, index = jax.lax.top_k(flat, 2 * width)
-    count = values.shape[1]
-    parent, child = index // count, index % count
-    state = frames.state[parent, child]
-    belief = jnp.exp(frames.belief[parent, child]).reshape(len(index), -1)
-    # One number for a belief: weights without structure tell different ones apart.
-    weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898) * 4.0
-    carried = [part[parent].reshape(len(index), -1) for part in jax.tree.leaves(beam.carry[:2])]
-    marks = jnp.concatenate([top[:, None], (belief @ weights)[:, None], *carried], axis=1)
-    near = jnp.abs(marks[:, None] - marks[None]) <= 1e-6 * (1 + jnp.abs(marks[None]))
-    same = near.all(-1) & (state[:, None] == state[None])
-    repeated = (same & (jnp.arange(len(index))[None] < jnp.arange(len(index))[:, None])).any(1)
-    kept = jax.lax.top_k(jnp.where(repeated, -jnp.inf, top), width)[1]
-    return index[kept]

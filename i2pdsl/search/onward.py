@@ -15,8 +15,9 @@ from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.programs import compiled_program
-from i2pdsl.search.beam import chooser, grown, prepared, traced
+from i2pdsl.search.beam import prepared
 from i2pdsl.search.descent import descend
+from i2pdsl.search.pool import Rule, grown
 from i2pdsl.search.rollout import prefix_scores, retraced
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
@@ -108,6 +109,7 @@ def _search(
     node = retraced(world, objective, tables, params, actions, states, number)
     # A script of no value so far (a logarithm of 0) may get one.
     node = node._replace(score=jnp.zeros_like(node.score))
-    choose = chooser(world, objective, WIDTH, events, tables, params)
-    worth, steps = grown(choose, node, WIDTH, frames)
-    return jax.vmap(partial(traced, steps))(jnp.arange(WIDTH)), worth
+    copies = jax.tree.map(lambda x: jnp.broadcast_to(x, (WIDTH, *jnp.shape(x))), node)
+    rule = Rule(jnp.int32(WIDTH), jnp.int32(WIDTH), jnp.bool_(False))
+    worth, found = grown(world, objective, frames, events, tables, params, copies, rule)
+    return found, worth

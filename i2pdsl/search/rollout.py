@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -89,16 +90,25 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
 
 
 def scores(
-    objective: Objective, tables: Any, params: Any, node: Node, frames: Frame, real: Array
+    objective: Objective,
+    tables: Any,
+    params: Any,
+    node: Node,
+    frames: Frame,
+    real: Array,
+    ahead: Array,
 ) -> Array:
-    """The objective of each child's prefix, [K]; -inf for what is not real or not a number."""
+    """What each child's prefix is worth, [K]; -inf for what is not real or not a number.
 
-    def score(frame: Frame) -> Array:
-        return objective.score(
-            tables, params, objective.step(tables, params, node.carry, frame), frame
-        )
+    Args:
+        ahead: whether a prefix is worth what it promises (fold.py) rather than its own objective.
+    """
 
-    value = jax.vmap(score)(frames)
+    def worth(value: Callable[..., Array]) -> Array:
+        step = lambda frame: objective.step(tables, params, node.carry, frame)
+        return jax.vmap(lambda frame: value(tables, params, step(frame), frame))(frames)
+
+    value = jax.lax.cond(ahead, lambda: worth(objective.promise), lambda: worth(objective.score))
     alive = real & jnp.isfinite(value) & (node.score > -jnp.inf)
     return jnp.where(alive, value, -jnp.inf)
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import TypedStory, default_assumption
-from i2pdsl.search.task import Found, Search, Task, draw_starts
+from i2pdsl.language.forms import BY_NAME
+from i2pdsl.language.story import SearchPlan, TypedStory, default_assumption
+from i2pdsl.search.task import Found, Search, Task, draw_more, draw_starts
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Trajectory, empty, extended
 
@@ -20,31 +21,36 @@ if TYPE_CHECKING:
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 RESCORED_FRAMES = 20_000  # of all of them together, if they are long
 
+USUAL_PLACES = SearchPlan().starts * SearchPlan().width
+USUAL_LENGTH = 15  # frames; the searches of shorter stories take less time, and may look longer
+
 
 class Beam(Search):
     """All that can happen, of worlds whose actions can be listed (search/beam.py)."""
 
     offers_all = False
+    takes_effort = True
 
     def prepare(self, task: Task) -> Program:
         plan, length = task.story.search, task.story.length
-        count = min(plan.starts, len(task.starts))
         with task.searching():
             from i2pdsl.search.beam import prepare_beam
 
-            given = (task.world, task.objective, length, count, plan.width, task.events)
+            given = (task.world, task.objective, length, plan.starts, plan.width, task.events)
             return prepare_beam(*given, task.watch.say).program
 
     def solve(self, task: Task, seed: int, count: int) -> Found:
         plan, length, watch = task.story.search, task.story.length, task.watch
         objective, allowed = task.objective, task.starts
         with task.searching():
-            from i2pdsl.search.beam import beam_search
+            from i2pdsl.search.beam import More, beam_search
 
             starts = draw_starts(allowed, plan.starts, seed)
+            fresh = draw_more(allowed, starts, task.effort, seed)
+            more = More(plan.starts, more_places(task), fresh)
             began = time.perf_counter()
             given = (task.world, objective, length, starts, plan.width, task.events)
-            found = beam_search(*given, watch.searching, watch.say)
+            found = beam_search(*given, watch.searching, watch.say, more)
         watch.add("search", began, found.compile_seconds)
         kept = max(count, min(RESCORED if count > 1 else 8, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:kept]
@@ -62,10 +68,28 @@ class Beam(Search):
         return [(extended(task.world, path, each.actions), each.score) for each in found]
 
 
+def more_places(task: Task) -> int:
+    """How many scripts side by side a beam search may look at after its first pass.
+
+    In short stories there is time for more, unless each look is costly or the story asks for much.
+    """
+    plan = task.story.search
+    once, longer = plan.starts * plan.width, 1.0
+    costly = any(
+        isinstance(node, ty.Belief) and BY_NAME[node.form].looks_ahead
+        for _, expression in task.story.objective
+        for node in ty.walk(expression)
+    )
+    if not costly:
+        longer = max(longer, USUAL_LENGTH / task.story.length * min(1.0, USUAL_PLACES / once))
+    return int(once * (task.effort * (1 + plan.polish * longer) - 1))
+
+
 class Descend(Search):
     """Along the gradient, of worlds that move smoothly (search/descent.py)."""
 
     offers_all = True
+    takes_effort = False
 
     def prepare(self, task: Task) -> Program:
         with task.searching():
@@ -101,6 +125,7 @@ class Naive(Search):
     """No audience: the characters do what is best for them (paper, section 2)."""
 
     offers_all = True
+    takes_effort = False
 
     def prepare(self, task: Task) -> None:
         return None

@@ -27,12 +27,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """A story in its world, to be searched; for the sake of one of its wishes alone, if that has
-    a number."""
+    """A story in its world, to be searched with so many times the usual effort; for the sake of
+    one of its wishes alone, if that has a number."""
 
     story: TypedStory
     world: World
     watch: Watch
+    effort: int = 1
     only: int | None = None
 
     @cached_property
@@ -80,6 +81,15 @@ def draw_starts(allowed: np.ndarray, count: int, seed: int) -> np.ndarray:
     return generator.choice(allowed, size=count, replace=False)
 
 
+def draw_more(allowed: np.ndarray, drawn: np.ndarray, effort: int, seed: int) -> np.ndarray:
+    """Initial states besides those that were drawn, for more than the usual effort: those of less
+    effort are the first of those of more."""
+    if effort == 1 or len(drawn) == len(allowed):
+        return allowed[:0]
+    others = np.setdiff1d(allowed, drawn)
+    return np.random.default_rng((seed, 1)).permutation(others)[: (effort - 1) * len(drawn)]
+
+
 class Search(Protocol):
     """A way to look for the script of a story. The settings that a story gives it, and the worlds
     that it can search, are those of its name in language/settings.py.
@@ -87,9 +97,11 @@ class Search(Protocol):
     Attributes:
         offers_all: whether all that it finds are candidates, as each came from elsewhere;
             otherwise those are that differ visibly.
+        takes_effort: whether it can spend more than usual.
     """
 
     offers_all: ClassVar[bool]
+    takes_effort: ClassVar[bool]
 
     def prepare(self, task: Task) -> Program | None:
         """Compiles it without running it, so that the next of this shape starts at once; None

@@ -1,0 +1,64 @@
+"""A prefix as if nothing more happened: viewers go on believing what they believe, and see what
+they see, until the end of the story. What a search may hope for of a script that is not whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from i2pdsl.language import typed as ty
+from i2pdsl.objective.frame import Frame, View, prior_view
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+
+class HeldScope:
+    """The frames `times` [n_t] after the last one, all alike, with a first axis of length 1.
+
+    `accumulated` are the sums that stand inside this one, up to the last frame that is there.
+    """
+
+    accumulated: Sequence[Array]
+    length: int
+    held = False
+
+    def __init__(
+        self, world: World, tables: Any, params: Any, last: Frame, first_state: Array, times: Array
+    ):
+        self.world, self.tables, self.params = world, tables, params
+        self.first_state, self.t = first_state, times
+        self.count = times
+        self.xp = last.belief.__array_namespace__()
+        self.frame = Frame(*(part[None] for part in still(world, last)))
+
+    def view(self, moment: ty.Moment) -> View:
+        if moment.first is None:
+            return prior_view(self, state=self.first_state)
+        return View(self.frame.belief, self.frame.state, self.frame)
+
+
+def still(world: World, last: Frame) -> Frame:
+    """A frame after another in which nothing happens, as in an event without effect."""
+    return last._replace(
+        before=last.state,
+        action=last.action * 0 + world.turn_count,
+        previous=last.belief,
+        expecting=last.expecting * 0 + last.belief[None],
+        log_rows=last.log_rows * 0,
+        regrets=last.regrets * 0,
+    )
+
+
+def held_history(world: World, frames: Frame, last: Frame) -> Frame:
+    """A history [T + 1, ...] whose frames after the last one are held."""
+    xp = last.belief.__array_namespace__()
+    numbers = xp.arange(frames.number.shape[0])
+    after = numbers > last.number
+    hold = still(world, last)._replace(number=last.number)
+
+    def part(old: Array, new: Array) -> Array:
+        shape = (-1, *(1,) * (old.ndim - 1))
+        return xp.where(after.reshape(shape), new, old)
+
+    return Frame(*(part(old, new) for old, new in zip(frames, hold, strict=True)))
