@@ -4,9 +4,9 @@ length 12
 
 maximize reveal(rho > 0, wish = (G_cheese = pink), contact = [adjacent(robot, cheese) @ script[t]])
 
-# expect min_{t in 1..5} P(rho > 0 | script[:t], G_cheese = pink) >= 0.3
-# expect max_{t in 1..5} P(rho > 0 | script[:t], G_cheese = pink) <= 0.7
-# expect min_{t in 6..12} P(rho > 0 | script[:t], G_cheese = pink) >= 0.9
+# expect min_{t in 1..5} P(rho > 0 | script[:t], G_cheese = pink) >= 0.25
+# expect max_{t in 1..5} P(rho > 0 | script[:t], G_cheese = pink) <= 0.8
+# expect min_{t in 6..12} P(rho > 0 | script[:t], G_cheese = pink) >= 0.75
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.95
 # expect still <= 0.25
-# expect luck <= 2.2
+# expect luck <= 2.5

@@ -4,6 +4,6 @@ length 12
 
 maximize depict(rho > 0)
 
-# expect mean_t P(rho > 0 | script[:t]) >= 0.95
-# expect assume nothing: mean_t P(R_carrier and R_loader | script[:t]) >= 0.95
-# expect still <= 0.25
+# expect mean_t P(rho > 0 | script[:t]) >= 0.94
+# expect assume nothing: mean_t P(R_carrier and R_loader | script[:t]) >= 0.94
+# expect still <= 0.34
