@@ -55,6 +55,10 @@ class Program:
     is_new: bool
 
 
+# How hard LLVM tries: BRIEF programs are compiled in half the time of LASTING ones and run four to
+# seven times as long; the usual level (2 or 3) takes longer than LASTING for nothing.
+BRIEF, LASTING = "0", "1"
+
 _memory: dict[tuple[str, bool], Program] = {}
 
 
@@ -64,6 +68,7 @@ def compiled_program(
     arguments: tuple[Any, ...],
     result: Any,
     say: Say | None = None,
+    brief: bool = False,
 ) -> Program:
     """`function` compiled for arrays like those of `arguments`; from memory or from the cache if it
     was compiled before.
@@ -73,10 +78,11 @@ def compiled_program(
         function: of trees of arrays; traced only where the cache does not have it.
         result: a tree like the one that the function returns.
         say: is told of damaged entries, which are made again.
+        brief: whether it runs so briefly that a slower program which is there sooner is better.
     """
     leaves, structure = jax.tree.flatten(arguments)
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in leaves]
-    description = repr((key, [(s.shape, str(s.dtype)) for s in shapes]))
+    description = repr((key, brief, [(s.shape, str(s.dtype)) for s in shapes]))
     known = (description, bool(jax.config.jax_enable_x64))  # type: ignore[attr-defined]
     if known in _memory:
         return replace(_memory[known], is_new=False)
@@ -90,7 +96,7 @@ def compiled_program(
     compiled = _load(path, len(shapes), len(jax.tree.leaves(result)), say)
     is_new = compiled is None
     if compiled is None:
-        compiled = _compile(key, flat, shapes)
+        compiled = _compile(key, flat, shapes, BRIEF if brief else LASTING)
         _store(path, compiled, say)
     ready = compiled
 
@@ -179,9 +185,13 @@ def _processor() -> str:
 
 
 def _compile(
-    key: tuple[Any, ...], function: Callable[..., list[Array]], shapes: list[jax.ShapeDtypeStruct]
+    key: tuple[Any, ...],
+    function: Callable[..., list[Array]],
+    shapes: list[jax.ShapeDtypeStruct],
+    level: str,
 ) -> jax.stages.Compiled:
-    return jax.jit(function).lower(*shapes).compile()
+    lowered = jax.jit(function).lower(*shapes)
+    return lowered.compile(compiler_options={"xla_backend_optimization_level": level})
 
 
 def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., Any] | None:

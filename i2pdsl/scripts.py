@@ -38,6 +38,7 @@ from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.untrusted import is_plain_name, plain_name
+from i2pdsl.worlds.drawings import within
 from i2pdsl.worlds.find import find_spec, vocabulary_of
 from i2pdsl.worlds.kind import Spec, Watch
 from i2pdsl.worlds.kinds import kind_of, parse_world
@@ -247,6 +248,8 @@ def make_record(
     """A script file's content from a script in the world's numbers."""
     about = {"name": world.name, "source": world.spec.source or None, "settings": settings}
     kind = kind_of(world.spec)
+    if drawings := kind.drawings(world.spec):
+        about["drawings"] = dict(drawings)
     start = kind.start_as_json(world, path.start)
     return Record(story, about, score, start, kind.frames_as_json(world, path))
 
@@ -352,7 +355,9 @@ def _stored_world(record: Record, folder: Path | None) -> Spec:
     spec: Spec | None = None
     if text:
         known_as = plain_name(name)
-        spec = parse_world(Source(f"{known_as}.world", text), known_as)
+        spec = parse_world(
+            Source(f"{known_as}.world", text), known_as, within(record.world.get("drawings", {}))
+        )
     elif is_plain_name(name):
         spec = find_spec(name, folder)
     if spec is None:

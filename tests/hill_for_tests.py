@@ -6,7 +6,7 @@ import numpy as np
 
 import hill_reference as reference
 
-# A descent takes half a minute to compile, once for each length, objective and search (whatever
+# A descent takes ten seconds to compile, once for each length, objective and search (whatever
 # its numbers): a test that needs just any descent takes this one, with `length 20` and depict().
 DESCENT = "search descend(seeds = 2, window = 20, overlap = 0, lookahead = 0, steps = 2)"
 

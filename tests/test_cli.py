@@ -161,6 +161,11 @@ def test_naive_option(place: Path, i2p: Run) -> None:
         (["walk.story", "--seeds", "-3"], "write 0-19"),
         (["walk.story", "--seeds", ""], "write 0-19"),
         (["walk.story", "--format", "bmp"], "formats are png, svg, gif, mp4, html"),
+        (["walk.story", "--pace", "0"], "--pace"),
+        (["walk.story", "--size", "1920"], "write 1920x1080"),
+        (["walk.story", "--size", "²x" + "9" * 5000], "write 1920x1080"),
+        (["walk.story", "--size", "641x480"], "even numbers"),
+        (["walk.story", "--transparent", "--format", "mp4"], "mp4 cannot be transparent"),
         (["walk.story", "--candidates", "0"], "--candidates"),
         (["walk.story", "--set", "beta"], "is not NAME=VALUE"),
         (["walk.story", "--set", "=1"], "is not NAME=VALUE"),
@@ -472,6 +477,21 @@ def test_a_story_where_a_script_is_wanted_is_solved_first(place: Path, i2p: Run)
     assert i2p("query", "out/walk/script.json", "P(rho > 0 | script[:t])").out == first
     done = i2p("render", "walk.story", "--format", "svg", "--json", "--seed", "5")
     assert json.loads(done.out)["files"]["comic.svg"] == "out/walk/comic.svg"
+
+
+def test_render_for_other_programs(place: Path, script: Path, i2p: Run) -> None:
+    options = ("--pace", "2", "--transparent", "--size", "160x160", "--format", "webm,godot")
+    done = i2p("render", script, *options, "--out", "game", "--json")
+    assert done.status == DONE, done.err
+    made = {Path(path).name for path in json.loads(done.out)["files"].values()}
+    assert made == {path.name for path in Path("game").iterdir()}
+    assert made == {"film.webm", "sprites.png", "sprites.json", "background.png", "timeline.json",
+                    "i2p_player.gd"}  # fmt: skip
+    told = json.loads(Path("game/timeline.json").read_text(encoding="utf-8"))
+    states = [frame["state"] for frame in json.loads(script.read_text())["frames"]]
+    for frame, state in zip(told["frames"][1:], states, strict=True):
+        assert {name: one["cell"] for name, one in frame["entities"].items()} == state
+        assert frame["seconds"] <= 0.9 / 2 * 1.35 + 1e-9
 
 
 def test_render(place: Path, script: Path, i2p: Run) -> None:

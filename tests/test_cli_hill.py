@@ -50,6 +50,12 @@ def test_run_query_and_render(place: Path, i2p: Run) -> None:
     drawn = i2p("render", script, "--format", "svg", "--out", "again")
     assert drawn.status == DONE
     assert {p.name for p in (place / "again").iterdir()} == {"comic.svg", "mind.svg"}
+    lacking = i2p("render", script, "--format", "sheet", "--out", "again")
+    assert (lacking.status, lacking.out) == (DONE, "")
+    assert "warning[pictures]: there is no sheet of hill" in lacking.err
+    opaque = i2p("render", script, "--format", "gif", "--transparent", "--out", "again")
+    assert opaque.status == WRONG
+    assert "films of hill cannot be transparent" in opaque.err
 
 
 def test_candidates_of_a_descent_are_its_seeds(place: Path, i2p: Run) -> None:

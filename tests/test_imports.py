@@ -44,7 +44,7 @@ FLOORS = (
     ("language", "planning"),
     ("worlds", "audience", "answers"),
     ("objective",),
-    ("scripts", "tables"),
+    ("scripts", "tables", "explain"),
     ("search",),
     ("results",),
     ("pipeline",),

@@ -53,12 +53,12 @@ def files_of(folder: str, *suffixes: str) -> set[str]:
 def test_the_wheel_holds_everything(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    wanted = files_of("i2pdsl", ".py", ".svg", ".html", ".css", ".js")
+    wanted = files_of("i2pdsl", ".py", ".svg", ".html", ".css", ".js", ".gd")
     wanted |= {f"i2pdsl/data/{f}" for f in files_of("grammar", ".lark")}
     wanted |= {f"i2pdsl/data/{f}" for f in files_of("stories", ".story", ".world")}
     assert "i2pdsl/data/grammar/story.lark" in wanted
     assert "i2pdsl/data/stories/patterns/depict.story" in wanted
-    assert "i2pdsl/render/grid/sprites/robot.svg" in wanted
+    assert "i2pdsl/worlds/sprites/robot.svg" in wanted
     assert "i2pdsl/render/page/player.js" in wanted
     assert wanted - names == set()
     strangers = {n for n in names if not n.startswith("i2pdsl")}

@@ -27,12 +27,13 @@ class Seeds(click.ParamType):
 
 
 class Formats(click.ParamType):
-    """`png,svg,gif,mp4,html`."""
+    """The names of files.FORMATS, with commas between them."""
 
     name = "formats"
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
-        known = ("png", "svg", "gif", "mp4", "html")
+        from i2pdsl.render.files import FORMATS as known
+
         chosen = tuple(dict.fromkeys(p.strip() for p in str(value).split(",") if p.strip()))
         for name in chosen:
             if name not in known:
@@ -40,6 +41,25 @@ class Formats(click.ParamType):
                     f"there is no format {name!r}; formats are {', '.join(known)}", param, ctx
                 )
         return chosen
+
+
+class Size(click.ParamType):
+    """`1920x1080`: pixels across and down, both even."""
+
+    name = "WIDTHxHEIGHT"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[int, int]:
+        if isinstance(value, tuple):
+            return value
+        width, cross, height = str(value).lower().partition("x")
+        if not (
+            cross and all(s.isascii() and s.isdecimal() and len(s) < 6 for s in (width, height))
+        ):
+            self.fail(f"{value!r} is no size; write 1920x1080", param, ctx)
+        size = int(width), int(height)
+        if not all(160 <= side <= 4096 and side % 2 == 0 for side in size):
+            self.fail(f"{value!r}: sides are even numbers from 160 to 4096", param, ctx)
+        return size
 
 
 class Assignment(click.ParamType):

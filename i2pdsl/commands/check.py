@@ -18,6 +18,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     """Check stories, libraries and worlds, or whole folders of them."""
     from i2pdsl.language.check import TypedStory, check_source
     from i2pdsl.language.statements import read_source
+    from i2pdsl.worlds.drawings import beside
     from i2pdsl.worlds.find import find_vocabulary, world_warnings
     from i2pdsl.worlds.kinds import kind_of, parse_world
 
@@ -33,7 +34,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
         try:
             source = read_source(name)
             if name.endswith(".world"):
-                spec = parse_world(source, Path(name).stem)
+                spec = parse_world(source, Path(name).stem, beside(Path(name).parent))
                 diagnostics.extend(kind_of(spec).warnings(spec, name))
             else:
                 folder = Path(name).parent

@@ -2,16 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from i2pdsl.commands.arguments import Size
 from i2pdsl.errors import Diagnostic, whole_file
 from i2pdsl.output import DONE, WRONG, in_words, show
+from i2pdsl.render.files import SEE_THROUGH, FilmLook
 
 if TYPE_CHECKING:
     from i2pdsl.pipeline import Script
+
+
+def film_options(command: Callable[..., int]) -> Callable[..., int]:
+    """The options of films, handed to a command as `look`."""
+
+    @click.option(
+        "--pace", type=click.FloatRange(0.1, 10), default=1.0, help="Films: 2 is twice as fast."
+    )
+    @click.option("--no-meter", is_flag=True, help="Films: without title and curves.")
+    @click.option("--size", type=Size(), default=None, help="Films: pixels, as 1920x1080.")
+    @click.option(
+        "--transparent", is_flag=True, help="Films (gif, webm): who acts, on no background."
+    )
+    @wraps(command)
+    def with_look(
+        *arguments: Any,
+        pace: float,
+        no_meter: bool,
+        size: tuple[int, int] | None,
+        transparent: bool,
+        **named: Any,
+    ) -> int:
+        if transparent and "mp4" in named["formats"]:
+            message = f"mp4 cannot be transparent; write --format {' or '.join(SEE_THROUGH)}"
+            raise click.UsageError(message)
+        look = FilmLook(pace, not (no_meter or transparent), size, transparent)
+        return command(*arguments, look=look, **named)
+
+    return with_look
 
 
 def draw(
@@ -20,6 +53,7 @@ def draw(
     formats: tuple[str, ...],
     files: dict[str, str],
     title: str | None = None,
+    look: FilmLook | None = None,
 ) -> int:
     """Writes the pictures; their paths are put into `files` as they are finished.
 
@@ -32,8 +66,13 @@ def draw(
     from i2pdsl.render.pictures import pictures_of
     from i2pdsl.render.video import FilmError
 
-    pictures = pictures_of(scripts, title)
-    with Bars() as bars, noting(_warn):
+    pictures = pictures_of(scripts, title, look)
+    for each in (each for each in formats if each not in pictures.offered):
+        message = f"there is no {each} of {scripts[0].world.name}"
+        hint = f"there are: {', '.join(pictures.offered)}"
+        where = whole_file("pictures")
+        show([Diagnostic("pictures", message, where, hint, severity="warning")])
+    with Bars() as bars, noting(warn):
         try:
             for name, path in pictures.drawn(folder, formats, bars.drawing):
                 files[name] = str(path)
@@ -47,5 +86,6 @@ def draw(
     return DONE
 
 
-def _warn(message: str, hint: str) -> None:
+def warn(message: str, hint: str) -> None:
+    """Says what is odd about letters in pictures."""
     show([Diagnostic("font", message, whole_file("pictures"), hint, severity="warning")])

@@ -24,9 +24,11 @@ from i2pdsl.output import (
 COMMANDS = (
     "run",
     "render",
+    "sheet",
     "check",
     "fmt",
     "query",
+    "explain",
     "repl",
     "worlds",
     "patterns",

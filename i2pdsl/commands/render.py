@@ -8,23 +8,28 @@ import click
 
 from i2pdsl.commands.arguments import Formats
 from i2pdsl.commands.inputs import script_or_story
-from i2pdsl.commands.pictures import draw
+from i2pdsl.commands.pictures import draw, film_options
 from i2pdsl.commands.run import folder_name
 from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json
+from i2pdsl.render.files import FORMATS, FilmLook
 
 
 @click.command()
 @click.argument("scripts", nargs=-1, required=True, type=click.Path())
-@click.option(
-    "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
-)
+@click.option("--format", "formats", type=Formats(), default="png,html", help=", ".join(FORMATS))
 @click.option(
     "--out", type=click.Path(file_okay=False), help="Folder; default: the script's, or in out/."
 )
 @click.option("--seed", type=click.IntRange(0), default=0, help="Where a story is given.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+@film_options
 def render(
-    scripts: tuple[str, ...], formats: tuple[str, ...], out: str | None, seed: int, as_json: bool
+    scripts: tuple[str, ...],
+    formats: tuple[str, ...],
+    out: str | None,
+    seed: int,
+    as_json: bool,
+    look: FilmLook,
 ) -> int:
     """Draw the pictures of a finished script, or of a story that is solved first.
 
@@ -46,7 +51,7 @@ def render(
     folder = Path(out) if out is not None else beside
     files: dict[str, str] = {}
     try:
-        status = max(status, draw(solved, folder, formats, files))
+        status = max(status, draw(solved, folder, formats, files, look=look))
     except KeyboardInterrupt:
         click.echo("interrupted: not all pictures are drawn", err=True)
         status = INTERRUPTED

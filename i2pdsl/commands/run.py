@@ -10,7 +10,7 @@ import click
 
 from i2pdsl.commands.arguments import Assignment, Formats, Seeds
 from i2pdsl.commands.inputs import load_stories
-from i2pdsl.commands.pictures import draw
+from i2pdsl.commands.pictures import draw, film_options
 from i2pdsl.errors import StoryError, display_width, harmless, padded
 from i2pdsl.output import (
     DONE,
@@ -22,6 +22,7 @@ from i2pdsl.output import (
     output_json,
     show,
 )
+from i2pdsl.render.files import FORMATS, FilmLook
 
 if TYPE_CHECKING:
     from i2pdsl.objective.wishes import Wish
@@ -44,9 +45,7 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
     "--out", type=click.Path(file_okay=False), default="out", help="Folder; default out/."
 )
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Replace a value.")
-@click.option(
-    "--format", "formats", type=Formats(), default="png,html", help="png,svg,gif,mp4,html"
-)
+@click.option("--format", "formats", type=Formats(), default="png,html", help=", ".join(FORMATS))
 @click.option(
     "--candidates", type=click.IntRange(1, 100), default=1, help="So many different scripts."
 )
@@ -64,6 +63,7 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
 )
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+@film_options
 def run(
     stories: tuple[str, ...],
     seed: int | None,
@@ -76,6 +76,7 @@ def run(
     choose: Choice,
     naive: bool,
     as_json: bool,
+    look: FilmLook,
 ) -> int:
     """Make stories: find the script, write it and its pictures."""
     if seed is not None and seeds is not None:
@@ -97,7 +98,7 @@ def run(
             place = folder / f"seed-{number}" if len(chosen) > 1 else folder
             try:
                 result, ended = make(
-                    story, number, place, formats, candidates, choose, naive, effort
+                    story, number, place, formats, candidates, choose, naive, effort, look
                 )
             except StoryError as problem:
                 show(problem.diagnostics)
@@ -143,6 +144,7 @@ def make(
     choose: Choice,
     naive: bool,
     effort: int,
+    look: FilmLook,
 ) -> tuple[dict[str, Any], int]:
     """Solves one story and draws it; returns the document of `--json`, and the exit status.
 
@@ -189,7 +191,7 @@ def make(
         for number, (script, part) in enumerate(zip(chosen, parts, strict=True), 1):
             place = Path(part["script"]).parent
             title = story.typed.name + (f", candidate {number}" if candidates > 1 else "")
-            status = max(status, draw([script], place, formats, part["files"], title))
+            status = max(status, draw([script], place, formats, part["files"], title, look))
     except KeyboardInterrupt:
         click.echo("interrupted: the script is kept, not all its pictures are drawn", err=True)
         status = INTERRUPTED

@@ -12,6 +12,7 @@ from i2pdsl.editor.surroundings import Surroundings, at_a_glance, surroundings
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.language.check import check_source
 from i2pdsl.language.format import format_source
+from i2pdsl.worlds.drawings import beside
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.kinds import format_world, parse_world
 
@@ -76,7 +77,8 @@ class Document:
         """The mistakes and warnings, as `i2p check` has them."""
         try:
             if self.is_world:
-                parse_world(self.source, Path(self.name).stem)
+                files = beside(self.folder) if self.folder else None
+                parse_world(self.source, Path(self.name).stem, files)
                 return ()
             if len(self.text) > LARGE:
                 _ = self.read  # before the mistakes: it is quicker, and waited for

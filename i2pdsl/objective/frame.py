@@ -59,9 +59,12 @@ def observe(
     already: its regrets count for nothing.
     """
     xp = belief.__array_namespace__()
-    after = world.transition(tables, state, action)
-    best = () if rows else world.best_rows(tables, state, action, after)
-    rows = rows or world.log_rows(tables, state, action, after)
+    best: tuple[Array, ...] = ()
+    if rows:
+        after = world.transition(tables, state, action)
+    else:
+        after, rows = world.outcome(tables, state, action)
+        best = world.best_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
     for row in rows:

@@ -8,9 +8,13 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.explain import as_story
+from i2pdsl.objective.subjects import Claims
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.files import PictureFiles
+from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.kinds import kind_of
 
 
 class Drawing(ABC):
@@ -26,9 +30,28 @@ class Drawing(ABC):
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PictureFiles:
         """What draws one script, or several side by side. Raises StoryError."""
 
+    def sheet(self, scripts: Sequence[Script], title: str) -> PictureFiles:
+        """What draws candidates of one story side by side: its comic and its page."""
+        return self.pictures(scripts, title)
+
     @abstractmethod
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
         """Where everybody is, for a terminal."""
+
+    def sentence(self, spec: Any) -> Sentence:
+        """What says an event about a world in words; here as the language writes it."""
+        words = kind_of(spec).vocabulary(spec)
+
+        def said(event: Claims, condition: Claims) -> tuple[str, str]:
+            told = " if ".join(as_story(words, found) for found in (event, condition) if found)
+            return told, told
+
+        return said
+
+    def deeds(self, script: Script) -> list[dict[str, str]]:
+        """For each of the frames 1..T what everybody does in it, in words; nothing where bodies
+        move."""
+        return [{} for _ in range(script.length)]
 
 
 def one_by_one(scripts: Sequence[Script]) -> StoryError:

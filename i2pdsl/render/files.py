@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +11,31 @@ if TYPE_CHECKING:
     from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
 
-FORMATS = ("png", "svg", "gif", "mp4", "html")
+FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
+EXPORTS = ("sheet", "timeline", "godot")  # what other programs animate with
+FILMS = ("gif", "mp4", "webm")
+SEE_THROUGH = ("gif", "webm")  # films that can be
 KEY_FRAMES = 8
 UNSURE = 0.1  # beliefs closer than this are a tie
 
 Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
+
+
+@dataclass(frozen=True)
+class FilmLook:
+    """How films are made.
+
+    Attributes:
+        pace: how many times faster than usual.
+        meter: whether title and curves stand below.
+        size: (width, height) in pixels, both even; None for the usual width.
+        transparent: only who acts, on nothing.
+    """
+
+    pace: float = 1.0
+    meter: bool = True
+    size: tuple[int, int] | None = None
+    transparent: bool = False
 
 
 class PictureFiles:
@@ -25,9 +46,13 @@ class PictureFiles:
         wishes: what became of those of the story, for the page.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
+        look: how its films are made.
+        can_be_transparent: whether its films can be.
     """
 
     title: str
+    look: FilmLook = FilmLook()
+    can_be_transparent: bool = False
     wishes: Sequence[Wish] = ()
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
@@ -50,8 +75,12 @@ class PictureFiles:
         raise NotImplementedError
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
-        """Writes the film, as a GIF or MP4 by the suffix."""
+        """Writes the film, as a GIF, MP4 or WebM by the suffix."""
         raise NotImplementedError
+
+    def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+        """Writes what other programs animate with, of the formats asked for."""
+        return iter(())
 
     def save(
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
@@ -74,8 +103,9 @@ class PictureFiles:
             yield from self._still(folder, formats, comic)
         if "html" in formats:
             yield "html", self.save_page(folder / f"{page}.html")
+        yield from self.exported(folder, formats)
         failed: list[FilmError] = []
-        for kind in ("gif", "mp4"):
+        for kind in FILMS:
             if kind in formats:
                 path = folder / f"{film}.{kind}"
                 report = None

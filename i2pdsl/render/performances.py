@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from i2pdsl.render.files import PictureFiles, printable
+from i2pdsl.render.files import EXPORTS, FORMATS, PictureFiles, printable
 from i2pdsl.render.mind import PALETTE, PANELS_MAX, Panel, Series, Window
-from i2pdsl.render.video import Progress, Times, shown_times, write_film
+from i2pdsl.render.video import Progress, Times, padded, shown_times, write_film
 
 if TYPE_CHECKING:
     from i2pdsl.render.strip import Meter
@@ -119,8 +119,10 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         usual: of a film by its suffix, pictures a second, and how wide it is: of one, of several.
     """
 
+    offered = tuple(each for each in FORMATS if each not in EXPORTS)
     usual: ClassVar[dict[str, tuple[float, tuple[int, int]]]] = {
         ".mp4": (25, (800, 1280)),
+        ".webm": (25, (800, 1280)),
         ".gif": (20, (640, 960)),
     }
 
@@ -166,8 +168,22 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
     ) -> None:
         fps, widths = self.usual[path.suffix]
         pixels = width or widths[self.several]
-        times = shown_times(max(p.frames for p in self.performances), fps, self.seconds)
-        write_film(path, lambda at: self.film_frames(at, pixels), times, fps, progress)
+        seconds = self.seconds / self.look.pace
+        times = shown_times(max(p.frames for p in self.performances), fps, seconds)
+        size = self.look.size
+        if size is None:
+            write_film(path, lambda at: self.film_frames(at, pixels), times, fps, progress)
+            return
+        pixels = self.fitting(*size)
+        frames = lambda at: padded(self.film_frames(at, pixels), size)
+        write_film(path, frames, times, fps, progress)
+
+    def fitting(self, width: int, height: int) -> int:
+        """How wide a film is that stands in a picture of a size."""
+        pixels = width
+        while pixels > 2 and (high := next(self.film_frames([0.0], pixels)).shape[0]) > height:
+            pixels = min(pixels - 2, pixels * height // high) // 2 * 2
+        return pixels
 
 
 def compared(performances: Sequence[Performed]) -> tuple[Panel, ...]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.render.drawing import Drawing
-from i2pdsl.render.files import PictureFiles
+from i2pdsl.render.files import FilmLook, PictureFiles
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kind import Spec
 from i2pdsl.worlds.kinds import drawing_of
@@ -17,12 +18,20 @@ def drawing_for(spec: Spec) -> Drawing:
     return found
 
 
-def pictures_of(scripts: Sequence[Script], title: str | None = None) -> PictureFiles:
+def pictures_of(
+    scripts: Sequence[Script], title: str | None = None, look: FilmLook | None = None
+) -> PictureFiles:
     """What draws a script, or several scripts side by side.
 
-    Raises StoryError where they cannot be drawn together.
+    Raises StoryError where they cannot be drawn together, or not as `look` wants it.
     """
     pictures = drawing_for(scripts[0].world.spec).pictures(scripts, title)
     if len(scripts) == 1:
         pictures.wishes = scripts[0].wishes
+    if look is not None:
+        if look.transparent and not pictures.can_be_transparent:
+            message = f"films of {scripts[0].world.name} cannot be transparent"
+            where = whole_file(scripts[0].record.where)
+            raise error("pictures", message, where, "those of worlds on a grid can")
+        pictures.look = look
     return pictures

@@ -5,6 +5,7 @@ Whoever draws hands over an iterator of pictures, uint8 [height, width, 3], both
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
@@ -40,6 +41,36 @@ def shown_times(duration: float, fps: float, seconds: float) -> np.ndarray:
     return np.clip((shown - OPENING) / seconds, 0.0, duration)
 
 
+def paced_times(seconds: np.ndarray, rests: np.ndarray, fps: float) -> np.ndarray:
+    """The time in frames that each picture shows, where frames last differently long.
+
+    Args:
+        seconds: [T] how long each frame lasts.
+        rests: [T] how long the moment at its end is held.
+        fps: pictures a second.
+    """
+    if fps <= 0 or (np.asarray(seconds) <= 0).any():
+        raise ValueError("fps and the seconds for a frame must be positive")
+    steps = np.stack([seconds, rests], axis=1).ravel()
+    clock = OPENING + np.concatenate([[0.0], np.cumsum(steps)])
+    frame = np.concatenate([[0.0], np.repeat(np.arange(1.0, len(seconds) + 1), 2)])
+    shown = np.arange(round((clock[-1] + CLOSING) * fps)) / fps
+    return np.interp(shown, clock, frame)
+
+
+def padded(frames: Iterator[np.ndarray], size: tuple[int, int]) -> Iterator[np.ndarray]:
+    """Pictures in the middle of larger ones (width, height), in the colour of their corner."""
+    canvas: np.ndarray | None = None
+    for frame in frames:
+        height, width = frame.shape[:2]
+        if canvas is None:
+            canvas = np.empty((size[1], size[0], frame.shape[2]), np.uint8)
+            canvas[:] = frame[0, 0]
+        top, left = (size[1] - height) // 2, (size[0] - width) // 2
+        canvas[top : top + height, left : left + width] = frame
+        yield canvas
+
+
 def write_film(
     path: PathLike,
     frames: Callable[[Times], Iterator[np.ndarray]],
@@ -47,10 +78,11 @@ def write_film(
     fps: float,
     progress: Progress | None = None,
 ) -> None:
-    """A GIF or, H.264 in yuv420p, an MP4, by the suffix; the file appears when complete.
+    """A GIF, an MP4 (H.264 in yuv420p) or a WebM (VP9), by the suffix; the file appears when
+    complete.
 
     Args:
-        frames: the pictures at some times.
+        frames: the pictures at some times; GIF and WebM also take RGBA.
         times: those that the film shows. GIF counts hundredths of a second: 10, 20, 25 or 50
             pictures a second are kept exactly.
         progress: told the pictures done and those in all.
@@ -58,8 +90,24 @@ def write_film(
     if Path(path).suffix == ".gif":
         samples = frames(np.linspace(0, times[-1], PALETTE_SAMPLES))
         write_gif(path, frames(times), samples, len(times), fps, progress)
+    elif Path(path).suffix == ".webm":
+        write_webm(path, frames(times), len(times), fps, progress)
     else:
         write_mp4(path, frames(times), len(times), fps, progress)
+
+
+def write_webm(
+    path: PathLike,
+    frames: Iterator[np.ndarray],
+    total: int,
+    fps: float,
+    progress: Progress | None = None,
+) -> None:
+    """VP9, see-through where the pictures are; the file appears when complete."""
+    encode = ["-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-deadline", "good"]
+    encode += ["-cpu-used", "5", "-row-mt", "1", "-auto-alt-ref", "0", "-pix_fmt", "yuva420p"]
+    with atomic_path(Path(path)) as temporary:
+        _encode(Path(path).name, temporary, frames, total, fps, [], encode, progress)
 
 
 def write_mp4(
@@ -93,14 +141,19 @@ def write_gif(
         colors = Path(folder, "palette.png")
         palette.save(colors)
         use = ["-i", str(colors)]
+        # Whole pictures, each laid on nothing: what has moved away must not stay behind.
         encode = ["-lavfi", "paletteuse=dither=none:diff_mode=rectangle", "-loop", "0"]
+        first = next(frames)
+        if first.shape[2] == 4:
+            encode += ["-gifflags", "0"]
+        frames = itertools.chain([first.copy()], frames)
         _encode(Path(path).name, temporary, frames, total, fps, use, encode, progress)
 
 
 def _palette(frames: Iterator[np.ndarray]) -> Image.Image:
     """255 colours for all of the film and a transparent one, 16 x 16, as ffmpeg wants it."""
     weights = np.asarray([65536, 256, 1])
-    codes = np.concatenate([(frame[::2, ::2] @ weights).ravel() for frame in frames])
+    codes = np.concatenate([_opaque(frame[::2, ::2]) @ weights for frame in frames])
     codes, counts = np.unique(codes, return_counts=True)
     order = np.argsort(-counts, kind="stable")
     colors = np.stack([codes // 65536, codes // 256 % 256, codes % 256], axis=-1).astype(np.uint8)
@@ -116,6 +169,12 @@ def _palette(frames: Iterator[np.ndarray]) -> Image.Image:
         mixed = np.asarray(chosen.getpalette(), dtype=np.uint8).reshape(-1, 3)[: 255 - len(flat)]
         table[len(flat) : len(flat) + len(mixed), :3] = mixed
     return Image.fromarray(table.reshape(16, 16, 4))
+
+
+def _opaque(picture: np.ndarray) -> np.ndarray:
+    """[n, 3] The colours of a picture's pixels, without those that can be seen through."""
+    colors: np.ndarray = picture[..., :3].reshape(-1, 3)
+    return colors if picture.shape[2] == 3 else colors[picture[..., 3].ravel() > 127]
 
 
 def _encode(
@@ -136,7 +195,16 @@ def _encode(
     program = _ffmpeg(film)
     first = next(frames)
     height, width = first.shape[:2]
-    raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}"]
+    raw = [
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24" if first.shape[2] == 3 else "rgba",
+        "-s",
+        f"{width}x{height}",
+        "-r",
+        f"{fps:g}",
+    ]
     command = [program, "-y", "-v", "error", *raw, "-i", "-", *inputs, *options, f"file:{path}"]
     with tempfile.TemporaryFile() as words:
         try:

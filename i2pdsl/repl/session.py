@@ -223,6 +223,9 @@ class Session(Desk):
     def on_show(self, rest: str) -> Reply:
         return Reply((self.workshop.looked(self, rest),))
 
+    def on_why(self, rest: str) -> Reply:
+        return Reply((self.workshop.reasons(self, rest),))
+
     def on_plot(self, rest: str) -> Reply:
         expressions, file = split_file(rest)
         if file is not None and not file.lower().endswith(PICTURES):

@@ -21,6 +21,13 @@ COMMANDS: tuple[Word, ...] = (
         "show 7",
     ),
     Word(
+        "why",
+        "why [FRAME]",
+        "which actions moved what viewers believe, by how much, and what they would believe had "
+        "something else been done; of one frame in full",
+        "why 4",
+    ),
+    Word(
         "plot",
         "plot EXPR, EXPR, ... [> FILE]",
         "draws curves over t here, or into a file (.png, .svg, .pdf)",

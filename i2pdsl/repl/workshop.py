@@ -15,6 +15,7 @@ from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story
 from i2pdsl.progress import Bars
 from i2pdsl.render.pictures import drawing_for, pictures_of
+from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.repl.mistakes import INPUT, placed, put_into, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
@@ -195,6 +196,17 @@ class Workshop:
         drawn = drawing_for(spec).in_characters(script.world, path.states[frame], desk.ink)
         title = f"frame {frame} of {script.length}: {told}"
         return Looked(title, drawn, beliefs_at(script, frame))
+
+    def reasons(self, desk: Desk, typed: str) -> Text:
+        """What moved viewers' beliefs, in the whole script or in one of its frames."""
+        script = self.script(desk)
+        # The story may have changed since the script was made.
+        script = _script(desk.state, script.world, script.trajectory).shown()
+        frame = _frame(typed, script.length, "why") if typed else None
+        if frame == 0 or not script.length:
+            message = "nothing has been done yet"
+            raise wrong("why", typed, message, "`why 1` asks about the first frame")
+        return Text(reasons_in_words(script, frame))
 
     def suggested(
         self, desk: Desk, typed: str

@@ -38,6 +38,7 @@ WORKERS = 8  # blocks that are searched at once, if there are so many processors
 # What a search takes for each child and hypothesis (measured: the kitchen, one core). Another
 # machine is not ten times as fast.
 CHILD_SECONDS = 2e-8
+BRIEF_SECONDS = 0.05  # below, it takes longer to compile well than it saves
 LONG, TOO_LONG = 600.0, 24 * 3600.0  # seconds that are said, and that are refused
 
 
@@ -182,7 +183,8 @@ def prepare_beam(
     search = partial(_search, world, objective, length, events)
     rule = Rule(np.int32(1), np.int32(1), np.bool_(False))
     arguments = (tables, params, np.zeros(places, np.int32), rule)
-    program = compiled_program(key, search, arguments, (0, 0), say)
+    brief = expected_seconds(world, objective, length, count * width, events) < BRIEF_SECONDS
+    program = compiled_program(key, search, arguments, (0, 0), say, brief)
     return Beam(program, tables, params, places, time.perf_counter() - began)
 
 
@@ -247,14 +249,21 @@ def check_size(
             f"{there / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole_file("search"), hint)
-    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
-    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
-    seconds = (starts * width + more) * length * child / min(WORKERS, processors())
+    seconds = expected_seconds(world, objective, length, starts * width + more, events)
     if seconds > TOO_LONG:
         message = f"the search ({size}) would take about {_duration(seconds)}"
         raise error("too-large", message, whole_file("search"), hint)
     if seconds > LONG and say is not None:
         say(f"the search ({size}) takes about {_duration(seconds)}; Ctrl-C keeps what was found")
+
+
+def expected_seconds(
+    world: World, objective: Objective, length: int, scripts: int, events: tuple[int, ...]
+) -> float:
+    """How long it takes to search so many scripts side by side, roughly."""
+    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
+    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
+    return scripts * length * child / min(WORKERS, processors())
 
 
 def _duration(seconds: float) -> str:

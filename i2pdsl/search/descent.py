@@ -40,6 +40,8 @@ Array = Any
 # compute is computed again on the way back, which takes a third longer.
 REMEMBERED_FRAMES = 20_000
 MOST_FRAMES = 500_000
+# Frames of all seeds, windows and steps below which it takes longer to compile well than it saves.
+BRIEF_FRAMES = 10_000
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,9 @@ def prepare_descent(
     key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
     arguments = (tables, params, knobs, nodes, guess)
-    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say)
+    work = plan.seeds * seen * plan.steps * (1 + max(0, length - window) // stride)
+    brief = work < BRIEF_FRAMES
+    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say, brief)
     return Descent(program, tables, params, knobs, nodes, shape, time.perf_counter() - began)
 
 
@@ -261,15 +265,21 @@ def _improve(
     rate, damping = knobs
     optimiser, steps, bound = how
 
-    def frame(carry: tuple[Node, Frame], change: Array) -> tuple[tuple[Node, Frame], Array]:
-        node, _ = carry
+    # The last windows can reach beyond the story's end.
+    staying = jnp.minimum(node.number + window.stride, length)
+
+    Carry = tuple[Node, Frame, Node]
+
+    def frame(carry: Carry, change: Array) -> tuple[Carry, Array]:
+        node, last, middle = carry
         damped = damping * node.state + jax.lax.stop_gradient((1 - damping) * node.state)
         seen = node._replace(state=damped)
         after, now = follow(world, objective, tables, params, seen, change)
-        # The last windows can reach beyond the story's end.
         live = node.number < length
-        after, now = jax.tree.map(lambda a, b: jnp.where(live, a, b), (after, now), carry)
-        return (after, now), after.state
+        after, now = jax.tree.map(lambda a, b: jnp.where(live, a, b), (after, now), (node, last))
+        stays = after.number == staying
+        middle = jax.tree.map(lambda a, b: jnp.where(stays, a, b), after, middle)
+        return (after, now, jax.lax.stop_gradient(middle)), after.state
 
     if (window.length + window.lookahead) * seeds > REMEMBERED_FRAMES:
         frame = jax.checkpoint(frame)
@@ -278,12 +288,10 @@ def _improve(
 
     alone = jnp.zeros((window.lookahead, *world.action_shape), changes.dtype)
 
-    def loss(changes: Array) -> Array:
+    def loss(changes: Array) -> tuple[Array, tuple[Node, Array]]:
         both = jnp.concatenate([changes, alone])
-        (end, last), _ = jax.lax.scan(frame, (node, nothing), both)
-        return -objective.score(tables, params, end.carry, last)
+        (end, last, middle), states = jax.lax.scan(frame, (node, nothing, node), both)
+        return -objective.score(tables, params, end.carry, last), (middle, states)
 
-    best, spoilt = minimise(loss, changes, optimiser, steps, rate, bound)
-    middle, first = jax.lax.scan(frame, (node, nothing), best[: window.stride])
-    _, rest = jax.lax.scan(frame, middle, best[window.stride :])
-    return middle[0], best, jnp.concatenate([first, rest]), spoilt
+    best, (middle, states), spoilt = minimise(loss, changes, optimiser, steps, rate, bound)
+    return middle, best, states[: window.length], spoilt

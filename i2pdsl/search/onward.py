@@ -60,7 +60,7 @@ def continuations(
     layout = world.program_key(objective.suffix_turns)
     key = ("onward", objective.shape, layout, length, frames, events)
     search = partial(_search, world, objective, frames, events)
-    program = compiled_program(key, search, given, (0, 0), say)
+    program = compiled_program(key, search, given, (0, 0), say, brief=True)
     found, worth = (np.asarray(x) for x in program.run(*given))
     best: dict[int, Continuation] = {}
     for i in np.argsort(-worth, kind="stable"):

@@ -13,6 +13,7 @@ import numpy as np
 from i2pdsl.audience.filter import update
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 
@@ -157,15 +158,18 @@ def prefix_scores(
     Args:
         paths: actions [S, n, ...] and states [S, n + 1, ...], n at least 1.
     """
-    last = paths.actions.shape[1] - 1
 
-    def score(actions: Array, states: Array) -> Array:
-        node = retraced(world, objective, tables, params, actions, states, last)
-        end, frame = follow(world, objective, tables, params, node, actions[last])
-        return objective.score(tables, params, end.carry, frame)
+    def scores(tables: Any, params: Any, actions: Array, states: Array, last: Array) -> Array:
+        def score(actions: Array, states: Array) -> Array:
+            node = retraced(world, objective, tables, params, actions, states, last)
+            end, frame = follow(world, objective, tables, params, node, actions[last])
+            return objective.score(tables, params, end.carry, frame)
 
-    actions, states = _padded(length, paths)
-    return np.asarray(jax.jit(jax.vmap(score))(actions, states), dtype=float)
+        return jax.vmap(score)(actions, states)
+
+    given = (tables, params, *_padded(length, paths), np.int32(paths.actions.shape[1] - 1))
+    key = ("prefixes", objective.shape, world.program_key(objective.suffix_turns))
+    return np.asarray(compiled_program(key, scores, given, 0, brief=True).run(*given), dtype=float)
 
 
 def resume(
@@ -173,8 +177,10 @@ def resume(
 ) -> Node:
     """The node that a script leads to, of a story of `length` frames, in single precision."""
     actions, states = _padded(length, Trajectory(path.actions[None], path.states[None]))
-    run = jax.jit(partial(retraced, world, objective))
-    return run(tables, params, actions[0], states[0], np.int32(len(path.actions)))
+    given = (tables, params, actions[0], states[0], np.int32(len(path.actions)))
+    run = partial(retraced, world, objective)
+    key = ("resume", objective.shape, world.program_key(objective.suffix_turns))
+    return compiled_program(key, run, given, jax.eval_shape(run, *given), brief=True).run(*given)
 
 
 def _padded(length: int, paths: Trajectory) -> tuple[np.ndarray, np.ndarray]:

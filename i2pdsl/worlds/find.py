@@ -10,6 +10,7 @@ from i2pdsl.language.statements import read_source
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.resources import data_folder
+from i2pdsl.worlds.drawings import beside
 from i2pdsl.worlds.kind import Spec
 from i2pdsl.worlds.kinds import kind_of, parse_world
 
@@ -42,7 +43,7 @@ def find_spec(name: str, folder: Path | None = None) -> Spec | None:
 
 @lru_cache(maxsize=32)
 def _load(path: Path, _modified: int) -> Spec:
-    return parse_world(read_source(path), path.stem)
+    return parse_world(read_source(path), path.stem, beside(path.parent))
 
 
 def vocabulary_of(spec: Spec) -> Vocabulary:

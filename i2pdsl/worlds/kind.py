@@ -14,6 +14,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.blocks import Syntax
+from i2pdsl.worlds.drawings import Files
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,8 +89,16 @@ class Kind(ABC):
     # As data: no arrays, no JAX.
 
     @abstractmethod
-    def parse(self, source: Source, name: str) -> Spec:
-        """A world from the text of its file. Raises StoryError with all its mistakes."""
+    def parse(self, source: Source, name: str, files: Files | None = None) -> Spec:
+        """A world from the text of its file. Raises StoryError with all its mistakes.
+
+        Args:
+            files: where its own sprites are; without it they are not looked at.
+        """
+
+    def drawings(self, spec: Any) -> Mapping[str, str]:
+        """What is kept of its own sprites (worlds/drawings.py), by their names."""
+        return {}
 
     @abstractmethod
     def vocabulary(self, spec: Any) -> Vocabulary:

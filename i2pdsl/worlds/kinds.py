@@ -8,6 +8,7 @@ from typing import Any
 
 from i2pdsl.errors import Source, StoryError, did_you_mean, error, shorten
 from i2pdsl.worlds.blocks import Syntax, kind_said
+from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.kind import Kind, Spec
 
 
@@ -52,9 +53,13 @@ def kind_of_file(source: Source) -> Kind:
     return kind_named(name)
 
 
-def parse_world(source: Source, name: str) -> Spec:
-    """A world from the text of its file. Raises StoryError with all its mistakes."""
-    return kind_of_file(source).parse(source, name)
+def parse_world(source: Source, name: str, files: Files | None = None) -> Spec:
+    """A world from the text of its file. Raises StoryError with all its mistakes.
+
+    Args:
+        files: where its own sprites are; without it they are not looked at.
+    """
+    return kind_of_file(source).parse(source, name, files)
 
 
 def syntax_of(source: Source) -> Syntax:

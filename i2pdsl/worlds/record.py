@@ -32,7 +32,8 @@ class Record:
 
     Attributes:
         story: name, file, source and seed; informs and is never checked.
-        world: name, source (or None for the built-in world) and settings.
+        world: name, source (or None for the built-in world) and settings; `drawings`, by their
+            names, where the world has own sprites.
         start: the initial state, as in the file.
         frames: as in the file.
         where: the file's name, for messages.
@@ -184,6 +185,9 @@ def parse_record(source: Source) -> Record:
         wrong('"source" of the world must be the text of a .world file', "leave it out, or null")
     if settings is not None and not isinstance(settings, dict):
         wrong('"settings" of the world must be an object', '"settings": {"beta": 1.0}')
+    drawings = world.get("drawings", {})
+    if not isinstance(drawings, dict) or not all(isinstance(d, str) for d in drawings.values()):
+        wrong('"drawings" of the world must hold texts by the names of sprites')
     start, frames = document.get("start"), document.get("frames")
     if not unicodedata.is_normalized("NFC", source.text):
         start, frames = _same_names(start), _same_names(frames)
@@ -204,7 +208,8 @@ def parse_record(source: Source) -> Record:
         score = None
     return Record(
         story if isinstance(story, dict) else {},
-        {"name": world["name"], "source": text or None, "settings": settings or {}},
+        {"name": world["name"], "source": text or None, "settings": settings or {}}
+        | ({"drawings": drawings} if drawings else {}),
         None if score is None else float(score),
         start,
         tuple(frames),

@@ -151,6 +151,11 @@ class World(Protocol):
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         """Whether nothing that a viewer can see has changed, [...]."""
 
+    def outcome(
+        self, tables: Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        """`transition`, and `log_rows` of the state that it leads to."""
+
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
 
@@ -230,6 +235,12 @@ class ContinuousWorld:
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return ()
+
+    def outcome(
+        self: Any, tables: Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        after = self.transition(tables, state, action)
+        return after, self.log_rows(tables, state, action, after)
 
     def is_observed(self, action: Array) -> Array:
         xp = action.__array_namespace__()

@@ -180,3 +180,24 @@ def test_an_empty_script_is_a_still():
     film = choreograph(STAGE, {"start": SCRIPT["start"], "frames": []})
     assert film.duration == 0
     assert sample(film.tracks["robot"], 0)[1:3] == (6, 1)
+
+
+def test_eyes_follow_intent():
+    """Before it acts one looks at where its way ends or at whom it pushes, else at who acts."""
+    script = {
+        "start": {"cheese": [1, 0], "robot": [6, 1], "table": None},
+        "frames": [
+            turn(("stay", False), ("west", True), [1, 0], [5, 1], None),
+            turn(("stay", False), ("north", True), [1, 0], [5, 0], None),
+            turn(("stay", False), ("west", False), [1, 0], [5, 0], None),
+            turn(("south", True), ("stay", False), [1, 1], [5, 0], None),
+        ],
+    }
+    tracks = choreograph(STAGE, script).tracks
+    assert sample(tracks["robot"], 0.56).pose == "look-northwest", "to where it goes in two turns"
+    assert sample(tracks["robot"], 1.56).pose == "look-north", "the rest of the way"
+    assert sample(tracks["robot"], 2.56).pose == "look-west", "a way that fails"
+    assert sample(tracks["cheese"], 0.3).pose == "look-east", "who stays looks at the other"
+    assert sample(tracks["robot"], 3.4).pose == "look-west", "who waits watches who acts"
+    before = FILM.tracks["robot"]
+    assert sample(before, 2.54).pose == "look-west", "at the cheese that it pushes"

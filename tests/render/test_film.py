@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 from i2pdsl.render import video
+from i2pdsl.render.files import FilmLook
 from i2pdsl.render.grid.choreography import Film, choreograph
-from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, save_film
+from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, lengths, save_film
 from i2pdsl.render.grid.scene import scene_size, scene_svg
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.raster import svg_rgba
@@ -32,12 +33,60 @@ METERS = [("P(rho > 0)", "#3b6ea5", [0.4, 0.7, 0.9]), ("P(x)", "crimson", [0.5, 
 
 def test_frame_times_hold_both_ends():
     times = frame_times(FILM, fps=20, seconds_per_turn=0.5)
-    assert len(times) == round((0.7 + 2 * 0.5 + 1.5) * 20)
+    assert len(times) == round((0.7 + (1.35 + 1.5) * 0.5 + 1.5) * 20)
     assert times[0] == times[13] == 0
     assert times[-1] == times[-28] == 2
-    assert np.allclose(np.diff(times)[15:30], 0.1)
+    assert np.allclose(np.diff(times)[15:26], 0.1 / 1.35), "a push"
+    assert np.allclose(np.diff(times)[29:41], 0.1 / 1.5), "a fall"
     with pytest.raises(ValueError, match="positive"):
         frame_times(FILM, fps=0)
+
+
+def test_a_still_turn_is_short_and_a_twist_is_looked_at():
+    still = {"cheese": {"action": "stay", "moved": False},
+             "robot": {"action": "stay", "moved": False}, "event": None,
+             "state": SCRIPT["frames"][0]["state"]}  # fmt: skip
+    frames = [SCRIPT["frames"][0], still, SCRIPT["frames"][1]]
+    film = choreograph(STAGE, {**SCRIPT, "frames": frames})
+    seconds, rests = lengths(film, twists={1: 2.0, 3: 1.0})
+    assert seconds[1] < 0.5 * min(seconds[0], seconds[2])
+    assert rests.tolist() == [pytest.approx(0.72), 0, 0], "the end is held anyway"
+    quick = lengths(film, twists={1: 2.0}, pace=2)
+    assert np.allclose(quick, np.array([seconds, rests]) / 2)
+    times = frame_times(film, 50, twists={1: 1.0})
+    assert (times == 1).sum() == pytest.approx(0.72 * 50, abs=1), "held at the end of turn 1"
+    assert (np.diff(times) >= 0).all()
+
+
+@pytest.mark.parametrize("size", [(640, 360), (200, 400), (160, 160)])
+@pytest.mark.parametrize("meter", [True, False])
+def test_films_of_a_size(size, meter):
+    look = FilmLook(meter=meter, size=size)
+    frame = next(film_frames(STAGE, FILM, [0.0], None, "T", METERS, look))
+    assert frame.shape == (size[1], size[0], 3)
+    outside = frame[0, 0].astype(int)
+    scene = (abs(frame.astype(int) - outside).max(axis=2) > 8).any(axis=0)
+    assert scene.mean() > 0.6, "the scene fills it"
+    white = (frame[-4] == 255).all()
+    assert white == meter
+
+
+@pytest.mark.parametrize("kind", ["gif", "webm"])
+def test_films_without_a_background(tmp_path, kind):
+    path = tmp_path / f"a.{kind}"
+    look = FilmLook(transparent=True, meter=False)
+    save_film(path, STAGE, FILM, fps=10, seconds_per_turn=0.3, cell=40, look=look)
+    wanted = next(film_frames(STAGE, FILM, [2.0], 40, look=look))
+    assert wanted.shape[2] == 4
+    decode = ["-f", "rawvideo", "-pix_fmt", "rgba", "-"]
+    read = [*(["-c:v", "libvpx-vp9"] if kind == "webm" else []), "-i", str(path)]
+    ffmpeg = [imageio_ffmpeg.get_ffmpeg_exe(), *read, *decode]
+    decoded = subprocess.run(ffmpeg, capture_output=True, check=True).stdout
+    last = np.frombuffer(decoded, np.uint8).reshape(-1, *wanted.shape)[-1].astype(int)
+    assert (abs(last[..., 3] - wanted[..., 3]) > 140).mean() < 0.002
+    assert 0.5 < (last[..., 3] == 0).mean() < 0.98, "what has moved away leaves nothing behind"
+    solid = wanted[..., 3] == 255
+    assert abs(last[solid] - wanted[solid]).mean() < 8
 
 
 def test_repainting_parts_gives_the_whole_picture():
@@ -205,4 +254,5 @@ def test_long_stories_make_no_endless_films():
     still = Film({}, (), (), 5000.0)
     times = frame_times(still, 25)
     assert len(times) == round((0.7 + 180 + 1.5) * 25)
+    assert len(frame_times(still, 25, pace=2)) == round((0.7 + 90 + 1.5) * 25)
     assert times[-1] == 5000

@@ -12,6 +12,7 @@ from plane_performances import CROWD, DUET, ROOM, performance, svg_document
 
 from i2pdsl.errors import StoryError
 from i2pdsl.render.characters import Ink
+from i2pdsl.render.files import FilmLook
 from i2pdsl.render.mind import Panel, Series, Window
 from i2pdsl.render.performances import compared, meters
 from i2pdsl.render.plane.characters import plane_in_characters
@@ -25,6 +26,7 @@ from i2pdsl.render.plane.pictures import PlanePictures
 from i2pdsl.render.plane.room import View, view_within
 from i2pdsl.render.plane.stage import stage_within
 from i2pdsl.render.raster import svg_rgba
+from i2pdsl.render.video import padded
 from i2pdsl.worlds.plane.spec import Place
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -479,3 +481,18 @@ def test_other_rooms_are_not_drawn_side_by_side():
     ]
     with pytest.raises(StoryError, match="of one plane"):
         DRAWING.pictures(scripts)
+
+
+@pytest.mark.parametrize("size", [(640, 360), (240, 480)])
+def test_films_of_a_size_without_a_meter(size: tuple[int, int]) -> None:
+    pictures = PlanePictures([performance(frames=10)], "T")
+    pictures.look = FilmLook(meter=False, size=size)
+    wide = pictures.fitting(*size)
+    plain = next(pictures.film_frames([5.0], wide)).copy()
+    frame = next(padded(pictures.film_frames([5.0], wide), size))
+    assert frame.shape == (size[1], size[0], 3)
+    top, left = (size[1] - plain.shape[0]) // 2, (size[0] - plain.shape[1]) // 2
+    assert min(top, left) <= 3, "the scene is as large as fits"
+    assert (frame[top : top + plain.shape[0], left : left + wide] == plain).all()
+    pictures.look = FilmLook()
+    assert next(pictures.film_frames([5.0], wide)).shape[0] > plain.shape[0] + 40

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from i2pdsl.render.grid.choreography import POSES, choreograph
-from i2pdsl.render.grid.scene import MARGIN, scene_svg, stage_background, svg_document
-from i2pdsl.render.grid.sprites import actor_symbols, sprite_names, symbol_id
+from i2pdsl.render.grid.scene import MARGIN, labels_svg, scene_svg, stage_background, svg_document
+from i2pdsl.render.grid.sprites import actor_symbols, symbol_id
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.ink import mix
 from i2pdsl.render.raster import atomic_path, composite, save_png, save_svg, svg_rgba
+from i2pdsl.worlds.drawings import builtin_sprites
 
 SVG = "{http://www.w3.org/2000/svg}"
 CAST = (Actor("cheese", "cheese"), Actor("robot", "robot"), Actor("table", "table", "", "object"))
@@ -57,7 +58,8 @@ def test_text_is_drawn_without_system_fonts():
     tile = Stage("x", ("..",), (Tile("MMM", (0, 0), "#aaaaaa"),), ())
     bare = Stage("x", ("..",), (Tile("", (0, 0), "#aaaaaa"),), ())
     pictures = [
-        svg_rgba(svg_document(s, 80, stage_background(s, 80)))[..., :3] for s in (tile, bare)
+        svg_rgba(svg_document(s, 80, stage_background(s, 80) + labels_svg(s, 80)))[..., :3]
+        for s in (tile, bare)
     ]
     dark = [int((p.max(axis=2) < 100).sum()) for p in pictures]
     assert dark[0] > dark[1] + 50
@@ -72,7 +74,7 @@ def test_maps_of_all_sizes(rows):
     assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 5
 
 
-@pytest.mark.parametrize("sprite", [*sprite_names(), "no-such-sprite", "../../../etc/passwd"])
+@pytest.mark.parametrize("sprite", [*builtin_sprites(), "no-such-sprite", "../../../etc/passwd"])
 def test_every_sprite_has_every_pose_and_takes_a_tint(sprite):
     actor = Actor("Zoë #1", sprite, "rebeccapurple")
     root = ET.fromstring(f'<svg xmlns="{SVG[1:-1]}">{actor_symbols(actor)}</svg>')

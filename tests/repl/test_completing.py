@@ -53,7 +53,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("  un", {"undo"}),
         ("h", {"help"}),
         ("q", {"quit"}),
-        ("w", {"when", "world"}),
+        ("w", {"when", "why", "world"}),
         ("mini", {"minimize"}),
         # Their arguments.
         ("play ", {"cheese", "robot", "deus"}),

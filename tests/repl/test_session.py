@@ -18,6 +18,7 @@ from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Result, story_from
 from i2pdsl.render.characters import NOTHING, Ink, curves_of
+from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.repl.session import NO_FRAMES, Session
 from i2pdsl.repl.showing import (
     Asked,
@@ -68,6 +69,24 @@ def same(one: object, other: object) -> bool:
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_answers_are_those_of_python(session: Session, solved_help: Result, question: str) -> None:
     assert same(asked(session, question), solved_help.script.query(question))
+
+
+def test_why_is_what_the_command_says(session: Session, solved_help: Result) -> None:
+    for line, frame in (("why 4", 4), ("why", None)):
+        found = shown(session, line)
+        assert isinstance(found, Text)
+        assert found.text == reasons_in_words(solved_help.script, frame)
+    assert "expected a frame from 0 to 15" in refused(session, "why 16")
+    assert "nothing has been done yet" in refused(session, "why 0")
+
+
+def test_why_follows_what_the_story_asks_now(session: Session) -> None:
+    right(session, "forget maximize")
+    right(session, "maximize sum_t P(G_robot = pink | script[:t])")
+    found = shown(session, "why 4")
+    assert isinstance(found, Text)
+    assert "[G_robot = pink]" in found.text
+    assert "[rho > 0]" not in found.text
 
 
 def test_a_story_is_solved_when_it_is_first_asked_about(solved_help: Result) -> None:

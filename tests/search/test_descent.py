@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -25,7 +26,7 @@ from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
 from i2pdsl.worlds.kind import Watch
 
-# A descent takes half a minute to compile: tests share what they can, by one length, one window
+# A descent takes ten seconds to compile: tests share what they can, by one length, one window
 # and one objective (its numbers are no part of a program).
 SHORT = "search descend(seeds = 3, window = 20, steps = 6{})"
 LENGTH = 40
@@ -289,10 +290,20 @@ def test_gradients_that_are_not_finite_are_left_out_and_said() -> None:
 # The minimisers alone.
 
 
+def least(
+    loss: Callable[[jax.Array], jax.Array], start: jax.Array, *how: Any
+) -> tuple[jax.Array, int]:
+    """The best point, and the gradients that were not finite; what the loss says of a point comes
+    along."""
+    found, along, spoilt = minimise(lambda x: (loss(x), {"twice": 2 * x}), start, *how)
+    np.testing.assert_allclose(along["twice"], 2 * found, rtol=1e-6)
+    return found, int(spoilt)
+
+
 @pytest.mark.parametrize("optimiser", ["adam", "lbfgs", "ncg"])
 def test_minimisers_find_a_minimum(optimiser: str) -> None:
     aim = jnp.asarray([1.0, -2.0, 0.5])
-    found, spoilt = minimise(
+    found, spoilt = least(
         lambda x: ((x - aim) ** 2 * jnp.asarray([1.0, 3.0, 0.5])).sum(),
         jnp.zeros(3),
         optimiser,
@@ -304,15 +315,29 @@ def test_minimisers_find_a_minimum(optimiser: str) -> None:
     assert spoilt == 0
 
 
+@pytest.mark.parametrize(
+    ("optimiser", "bound"), [("adam", None), ("lbfgs", None), ("ncg", None), ("adam", 2.0)]
+)
+@pytest.mark.parametrize("start", [[-1.0, 1.0], [1.0, 0.0]])
+def test_where_no_gradient_is_finite_the_start_is_returned(
+    optimiser: str, bound: float | None, start: list[float]
+) -> None:
+    """Of a root below 0 there is no value, of one at 0 no gradient."""
+    loss = lambda x: jnp.sqrt(x).sum()
+    found, spoilt = least(loss, jnp.asarray(start), optimiser, 4, 0.1, bound)
+    np.testing.assert_array_equal(found, start)
+    assert spoilt > 0
+
+
 def test_the_box_holds_the_minimum() -> None:
     aim = jnp.asarray([1.0, -2.0, 0.1])
-    found, _ = minimise(lambda x: ((x - aim) ** 2).sum(), jnp.zeros(3), "adam", 50, 0.1, 0.5)
+    found, _ = least(lambda x: ((x - aim) ** 2).sum(), jnp.zeros(3), "adam", 50, 0.1, 0.5)
     np.testing.assert_allclose(found, [0.5, -0.5, 0.1], atol=1e-3)
 
 
 def test_the_best_point_is_kept() -> None:
     """A step that is far too long jumps over the minimum; the start was better."""
-    found, _ = minimise(lambda x: (x**4).sum(), jnp.asarray([0.01]), "adam", 3, 50.0, None)
+    found, _ = least(lambda x: (x**4).sum(), jnp.asarray([0.01]), "adam", 3, 50.0, None)
     assert abs(float(found[0])) <= 0.01
 
 
@@ -324,7 +349,7 @@ def test_the_best_point_in_the_box_is_kept() -> None:
             return (x**2).sum() + 2 * jnp.sin(9 * x + phase).sum()  # noqa: B023
 
         start = jnp.linspace(-1.5, 1.5, 5)
-        values = [float(loss(minimise(loss, start, "adam", n, 0.1, 2.0)[0])) for n in (1, 3, 9)]
+        values = [float(loss(least(loss, start, "adam", n, 0.1, 2.0)[0])) for n in (1, 3, 9)]
         assert values[0] <= float(loss(start))
         assert values == sorted(values, reverse=True)
 
@@ -333,12 +358,12 @@ def test_where_the_loss_in_the_box_means_nothing_it_is_not_taken() -> None:
     def loss(x: jax.Array) -> jax.Array:
         return jnp.where(x[0] > 0.25, jnp.nan, -x[0])
 
-    found, _ = minimise(loss, jnp.asarray([0.0]), "adam", 30, 0.1, 1.0)
+    found, _ = least(loss, jnp.asarray([0.0]), "adam", 30, 0.1, 1.0)
     assert 0.0 <= float(found[0]) <= 0.25
 
 
 def test_one_step_is_a_step() -> None:
-    found, _ = minimise(lambda x: (x**2).sum(), jnp.asarray([1.0]), "adam", 1, 0.1, None)
+    found, _ = least(lambda x: (x**2).sum(), jnp.asarray([1.0]), "adam", 1, 0.1, None)
     assert float(found[0]) == pytest.approx(0.9, abs=1e-3)
 
 
@@ -351,8 +376,9 @@ def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.Mon
     how = DESCENT
     usual = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
     monkeypatch.setattr(descent, "REMEMBERED_FRAMES", 1)
+    compiled = descent.compiled_program
     monkeypatch.setattr(
-        descent, "compiled_program", lambda key, f, *_: Program(jax.jit(f), "again", True)
+        descent, "compiled_program", lambda key, *rest: compiled((*key, "again"), *rest)
     )
     again = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
     np.testing.assert_allclose(usual, again, atol=1e-3)
@@ -362,7 +388,7 @@ def test_where_the_loss_means_nothing_it_is_not_taken() -> None:
     def loss(x: jax.Array) -> jax.Array:
         return jnp.where(x[0] > 0.25, jnp.nan, -x[0])
 
-    found, _ = minimise(loss, jnp.asarray([0.0]), "adam", 30, 0.1, None)
+    found, _ = least(loss, jnp.asarray([0.0]), "adam", 30, 0.1, None)
     assert 0.0 < float(found[0]) <= 0.25
 
 

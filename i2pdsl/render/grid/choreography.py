@@ -22,11 +22,15 @@ from dataclasses import dataclass
 from math import pi, sin
 from typing import Any, NamedTuple
 
-from i2pdsl.render.grid.stage import DIRECTIONS, Beat, Cell, Stage, break_down
+from i2pdsl.render.grid.stage import DIRECTIONS, LOOKS, Beat, Cell, Stage, break_down
 
 # Every pose that a track can hold; a sprite shows its idle face for those it does not know.
 FACES = ("idle", "surprised", "sad", "happy")
-POSES = FACES + tuple(f"{v}-{d}" for v in ("walk", "push", "try", "bump") for d in DIRECTIONS)
+POSES = (
+    *FACES,
+    *(f"{verb}-{d}" for verb in ("walk", "push", "try", "bump") for d in DIRECTIONS),
+    *(f"look-{d}" for d in LOOKS),  # the idle face, its eyes turned
+)
 MARKS = ("puff", "dust", "sweat", "bang", "bump", "lines")
 
 
@@ -153,18 +157,20 @@ STEP = [
 CONTACT = 0.16  # how far two neighbours' outlines are apart, in cells
 PUSH = [
     Cue(0.05),
-    Cue(0.18, -0.08, 0.05, lean=-0.022, ease="in", pose="push"),
-    Cue(0.30, CONTACT, lean=0.020, pose="push"),  # contact comes first ...
-    Cue(0.37, CONTACT, press=0.09, lean=0.032, pose="push"),  # ... then effort ...
-    Cue(0.76, 1 + CONTACT, press=0.03, lean=0.036, pose="push"),  # ... then both go together
-    Cue(0.92, 1.0),
+    Cue(0.21, -0.15, 0.09, lean=-0.034, ease="in", pose="push"),  # winds up
+    Cue(0.30, CONTACT, lean=0.024, ease="out", pose="push"),  # contact comes first ...
+    Cue(0.43, CONTACT, 0.03, press=0.12, lean=0.044, ease="in", pose="push"),  # ... then effort ...
+    Cue(0.73, 1 + CONTACT, press=0.02, lean=0.040, ease="out", pose="push"),  # ... both go ...
+    Cue(0.82, 0.97, -0.03, lean=-0.012, pose="push"),  # ... and it falls back on its feet
+    Cue(0.93, 1.0),
 ]
-PUSHED = [  # same times and eases as PUSH from 0.37 to 0.76, so that the two stay in touch
+PUSHED = [  # same times and eases as PUSH from 0.43 to 0.73, so that the two stay in touch
     Cue(0.30, pose="surprised"),
-    Cue(0.37, press=0.11, lean=0.010, pose="surprised"),
-    Cue(0.76, 1.0, press=0.05, lean=-0.008, pose="surprised"),
-    Cue(0.84, 1.0, press=-0.03, pose="surprised"),
-    Cue(0.94, 1.0),
+    Cue(0.43, press=0.14, lean=0.010, ease="in", pose="surprised"),
+    Cue(0.73, 1.0, press=0.04, lean=-0.020, ease="out", pose="surprised"),
+    Cue(0.81, 1.10, press=-0.06, lean=-0.034, pose="surprised"),  # is carried on, and sways
+    Cue(0.90, 1.0, lean=0.014, pose="surprised"),
+    Cue(0.96, 1.0),
 ]
 FAIL = [
     Cue(0.05),
@@ -197,7 +203,7 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
     beats = break_down(stage, script)
     tracks = {actor.name: [_entrance(actor.name, script, beats)] for actor in stage.cast}
     marks: list[Mark] = []
-    for beat in beats:
+    for number, beat in enumerate(beats):
         if beat.verb == "fall":
             tracks[beat.actor] += _fall(beat)
             marks += _landing(beat)
@@ -208,7 +214,12 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
         elif beat.verb == "vanish":
             tracks[beat.actor] += _vanish(beat)
         else:
-            tracks[beat.actor] += _play(SHEETS[beat.verb], beat, beat.origin, beat.target)
+            shown = _play(SHEETS[beat.verb], beat, beat.origin, beat.target)
+            tracks[beat.actor] += _looking(shown, _intent(stage, beats, number, tracks))
+            moved = {beat.actor, *(shove.name for shove in beat.pushed)}
+            for actor in stage.characters:
+                if beat.verb != "stay" and actor.name not in moved:
+                    tracks[actor.name] += _watching(beat, tracks[actor.name][-1])
             for shove in beat.pushed:
                 tracks[shove.name] += _play(PUSHED, beat, shove.origin, shove.target)
             marks += _effects(beat)
@@ -254,6 +265,59 @@ def _play(sheet: Sequence[Cue], beat: Beat, origin: Cell | None, target: Cell | 
             )
         )
     return keys
+
+
+# ------------------------------------------------------------------------------------ where to look
+
+AHEAD = 6  # beats of its own that a character has in mind
+
+
+def _intent(stage: Stage, beats: Sequence[Beat], number: int, tracks: Mapping[str, Track]) -> str:
+    """Where a character looks before it acts: at whom it pushes, at the end of the way that it
+    begins, or, if it stays, at the other."""
+    beat = beats[number]
+    assert beat.origin is not None
+    if beat.verb == "stay":
+        others = (tracks[a.name][-1] for a in stage.characters if a.name != beat.actor)
+        seen = [(key.x, key.y) for key in others if key.opacity > 0]
+        return _toward(beat.origin, seen[0]) if seen else ""
+    if beat.verb == "push":
+        return beat.direction
+    goal = beat.origin
+    ways: list[Cell] = []
+    for later in [b for b in beats[number:] if b.actor == beat.actor][:AHEAD]:
+        back = DIRECTIONS.get(later.direction, (0, 0))
+        turns = (-back[0], -back[1]) in ways
+        if later.verb not in ("step", "push") or later.target is None or turns:
+            break
+        goal, ways = later.target, [*ways, back]
+    return _toward(beat.origin, goal) or beat.direction
+
+
+def _toward(here: tuple[float, float], there: tuple[float, float]) -> str:
+    """The direction of LOOKS that comes nearest to that of a place; '' where it is the same."""
+    dx, dy = there[0] - here[0], there[1] - here[1]
+    far = max(abs(dx), abs(dy))
+    # Eyes go straight where a place is within 22.5 degrees of it.
+    column, row = (0 if abs(d) <= 0.4142 * far else 1 if d > 0 else -1 for d in (dx, dy))
+    return next((name for name, step in LOOKS.items() if step == (column, row)), "")
+
+
+def _looking(track: Track, direction: str) -> Track:
+    """The keys of a beat, with eyes that are turned before anything else moves."""
+    if not direction:
+        return track
+    first = next((i for i, key in enumerate(track) if key.pose != "idle"), len(track))
+    return [key._replace(pose=f"look-{direction}") for key in track[:first]] + track[first:]
+
+
+def _watching(beat: Beat, here: Key) -> Track:
+    """Who does not act looks at who does."""
+    if here.opacity == 0 or beat.origin is None or here.time > beat.start + 0.1:
+        return []
+    direction = _toward((here.x, here.y), beat.origin)
+    watching = here._replace(time=beat.start + 0.1, pose=f"look-{direction}")
+    return [watching] if direction else []
 
 
 # ----------------------------------------------------------------------------- falling from the sky
@@ -352,7 +416,7 @@ def _effects(beat: Beat) -> list[Mark]:
         case "push":  # speed lines run behind the pusher
             lines = Key(0, x - 0.40 * dx, y - 0.40 * dy, angle, 0.8, 0.8)
             later = lines._replace(x=lines.x + 0.9 * dx, y=lines.y + 0.9 * dy)
-            return [_mark("lines", times(0.37, 0.46, 0.74, 0.86), lines, later)]
+            return [_mark("lines", times(0.45, 0.53, 0.74, 0.86), lines, later)]
         case "fail":  # a drop of sweat while it tries, a puff where it sinks back
             drop = Key(0, x - 0.36 if dx >= 0 else x + 0.36, y - 0.30, 0.0, 0.40, 0.40)
             fallen = drop._replace(y=y - 0.18)

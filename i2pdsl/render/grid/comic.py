@@ -7,6 +7,7 @@ from i2pdsl.render.grid.choreography import Film, Key, choreograph, sample
 from i2pdsl.render.grid.scene import (
     MARGIN,
     actor_svg,
+    labels_svg,
     life,
     margin,
     mark_svg,
@@ -37,10 +38,12 @@ def comic_svg(
     captions: Sequence[str] | None = None,
     title: str = "",
     columns: int | None = None,
+    explained: bool = True,
 ) -> str:
     """A comic strip of the given frames (0 is the start) as an SVG document, in pixels.
 
-    `captions` has a line for each of `frames`, written below its panel.
+    `captions` has a line for each of `frames`, written below its panel. How to read it, and who is
+    who, stands below them if it is `explained`.
     """
     if captions is not None and len(captions) != len(frames):
         raise ValueError(f"{len(frames)} frames, but {len(captions)} captions")
@@ -75,9 +78,11 @@ def comic_svg(
     heading = ""
     if title:
         heading = heading_svg(GUTTER, GUTTER + 0.85 * TITLE, title, TITLE, width - 2 * GUTTER)
-    legend = _legend(width, bottom)
-    cast, room = _cast_legend(stage, width, bottom + TEXT)
-    height += room
+    legend, cast = "", ""
+    if explained:
+        legend = _legend(width, bottom)
+        cast, room = _cast_legend(stage, width, bottom + TEXT)
+        height += room
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}" '
         f'viewBox="0 0 {width:g} {height:g}"><rect width="100%" height="100%" fill="#fff"/>'
@@ -133,7 +138,7 @@ def _panel(stage: Stage, film: Film, since: int, t: int, cell: float) -> str:
     # Not beside those who failed and were then pushed elsewhere: the pusher stands there now.
     at = {actor.name: (key.x, key.y) for actor, key in standing}
     signs = [_sign(b, cell) for b in beats if b.frame == t and at.get(b.actor) == b.target]
-    return "".join(ghosts + ways + cast + shoves + signs)
+    return "".join([*ghosts, *ways, *cast, labels_svg(stage, cell), *shoves, *signs])
 
 
 def _steps(name: str, beats: Sequence[Beat]) -> list[tuple[bool, Cell, Cell]]:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing, one_by_one
-from i2pdsl.render.grid.pictures import GridPictures
+from i2pdsl.render.focus import Sentence
+from i2pdsl.render.grid.pictures import GridPictures, beliefs_of, stage_of
+from i2pdsl.render.grid.stage import break_down, describe
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.grid.world import GridWorld
+
+if TYPE_CHECKING:
+    from i2pdsl.render.grid.sheet import GridSheet
 
 
 class GridDrawing(Drawing):
@@ -17,10 +23,24 @@ class GridDrawing(Drawing):
             raise one_by_one(scripts)
         return GridPictures(scripts[0], title)
 
+    def sheet(self, scripts: Sequence[Script], title: str) -> GridSheet:
+        from i2pdsl.render.grid.sheet import GridSheet
+
+        return GridSheet(scripts, title)
+
     def in_characters(self, world: GridWorld, state: int, ink: Ink) -> str:
         from i2pdsl.render.grid.characters import map_in_characters
 
         return map_in_characters(world, int(state), ink)
+
+    def sentence(self, spec: Any) -> Sentence:
+        return beliefs_of(spec).sentence
+
+    def deeds(self, script: Script) -> list[dict[str, str]]:
+        found: list[dict[str, str]] = [{} for _ in range(script.length)]
+        for beat in break_down(stage_of(script.world.spec), script.record.as_json()):
+            found[beat.frame - 1][beat.actor] = describe(beat)
+        return found
 
 
 DRAWING = GridDrawing()

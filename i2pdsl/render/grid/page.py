@@ -12,6 +12,7 @@ from i2pdsl.render.grid.choreography import Film, Key, Track
 from i2pdsl.render.grid.scene import (
     FOOT,
     actor_svg,
+    labels_svg,
     life,
     scene_size,
     shadow_svg,
@@ -53,8 +54,8 @@ def page_html(
     width, height = scene_size(stage, CELL)
     heading = title.strip() or stage.name
     shown = film_page.Film(
-        _stage(stage, film, heading), width / height, last, SECONDS, told, range(last + 1),
-        "grid/kitchen.js", _film_data(stage, film),
+        stage_svg(stage, film, heading), width / height, last, SECONDS, told, range(last + 1),
+        "grid/kitchen.js", film_data(stage, film),
     )  # fmt: skip
     return film_page.film_page(
         shown,
@@ -123,21 +124,27 @@ def _about(stage: Stage, script: Mapping[str, Any]) -> str:
 # ------------------------------------------------------------------------------------ the stage
 
 
-def _stage(stage: Stage, film: Film, heading: str) -> str:
-    """The drawing at time 0, its background and symbols inside."""
-    symbols = stage_symbols(stage, _poses(film))
+def stage_svg(
+    stage: Stage, film: Film, heading: str, number: str = "", symbols: str | None = None
+) -> str:
+    """The drawing at time 0, its background and symbols inside.
+
+    Of several on one page each has its `number` ('-0', '-1', ...), and the first all `symbols`.
+    """
+    symbols = stage_symbols(stage, poses_of(film)) if symbols is None else symbols
     return f"""\
-      <svg id="stage" role="img" aria-label="{plain(heading)}: the film" \
+      <svg id="stage{number}" role="img" aria-label="{plain(heading)}: the film" \
 aria-describedby="caption" viewBox="{view_box(stage, CELL)}">
 <defs>{symbols}</defs>{stage_background(stage, CELL)}
-<g id="actors">
+<g id="actors{number}">
 {chr(10).join(_cast(stage, film))}
 </g>
-<g id="marks"></g>
+<g id="labels{number}">{labels_svg(stage, CELL)}</g>
+<g id="marks{number}"></g>
       </svg>"""
 
 
-def _poses(film: Film) -> dict[str, tuple[str, ...]]:
+def poses_of(film: Film) -> dict[str, tuple[str, ...]]:
     """The poses that each actor takes: only these are drawn into the page."""
     return {name: tuple(sorted({key.pose for key in track})) for name, track in film.tracks.items()}
 
@@ -161,11 +168,11 @@ def _cast(stage: Stage, film: Film) -> Iterable[str]:
         yield drawn.replace("<use ", f"<use {more} ", 1)
 
 
-def _film_data(stage: Stage, film: Film) -> dict[str, Any]:
+def film_data(stage: Stage, film: Film) -> dict[str, Any]:
     """What the player of kitchens reads; keys in the order of `choreography.Key`."""
     actors = []
     for actor in stage.cast:
-        symbols = {pose: symbol_id(actor, pose) for pose in _poses(film)[actor.name]}
+        symbols = {pose: symbol_id(actor, pose) for pose in poses_of(film)[actor.name]}
         keys = _keys(film.tracks[actor.name])
         actors.append({"name": actor.name, "symbols": symbols, "keys": keys})
     marks = [{"symbol": f"mark--{mark.kind}", "keys": _keys(mark.track)} for mark in film.marks]

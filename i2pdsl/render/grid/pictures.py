@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.drawings import is_own
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 
 if TYPE_CHECKING:
@@ -32,10 +33,28 @@ CONTACT = 2.5  # how much the first time matters that one character pushes the o
 
 def stage_of(spec: GridSpec) -> Stage:
     """A world as the drawing sees it."""
-    tiles = tuple(Tile(t.name, cell, t.color) for t in spec.tiles for cell in t.cells)
-    cast = [Actor(c.name, c.sprite, c.color, "character") for c in spec.characters]
-    cast += [Actor(t.name, t.sprite, t.color, "object") for t in spec.things]
-    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), spec.floor, spec.wall)
+    look, own = spec.look, dict(spec.look.drawings)
+    # Own drawings of tiles and walls that a script lacks: they are rugs and blocks.
+    shown = lambda sprite: "" if is_own(sprite) and sprite not in own else sprite
+    tiles = tuple(
+        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""))
+        for t in spec.tiles
+        for cell in t.cells
+    )
+    kinds = (("character", spec.characters), ("object", spec.things))
+    cast = [
+        Actor(c.name, c.sprite, c.color, kind, own.get(c.sprite, ""))
+        for kind, group in kinds
+        for c in group
+    ]
+    walls = shown(look.wall_sprite), own.get(look.wall_sprite, "")
+    surface = spec.floor, spec.wall, look.frame, look.ground
+    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), *surface, *walls)
+
+
+def beliefs_of(spec: GridSpec) -> Beliefs:
+    """Words and curves of what viewers believe of its cast."""
+    return Beliefs(spec, {NO_GOAL: "wants nothing"})
 
 
 def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
@@ -51,11 +70,13 @@ def _told_apart(cast: Sequence[Actor]) -> tuple[Actor, ...]:
 class GridPictures(PictureFiles):
     """Draws one script of a grid world; what several pictures share is computed once."""
 
+    can_be_transparent = True
+
     def __init__(self, script: Script, title: str | None = None):
         self.told = script.length  # later frames are those that the story appends
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
-        self.beliefs = Beliefs(script.world.spec, {NO_GOAL: "wants nothing"})
+        self.beliefs = beliefs_of(script.world.spec)
         self.document: dict[str, Any] = script.record.as_json()
         name = title or (script.record.title or script.world.name)
         self.title = printable(name)
@@ -162,8 +183,32 @@ class GridPictures(PictureFiles):
             wishes=self.wishes,
         )
 
+    def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+        from i2pdsl.render.grid import export
+        from i2pdsl.render.grid.film import lengths
+
+        if {"sheet", "godot"} & {*formats}:
+            for path in export.save_sheet(folder, self.stage):
+                yield path.name, path
+        if {"timeline", "godot"} & {*formats}:
+            clock = lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
+            told = self.stage, self.document, self.film, self.panels, self.title
+            path = export.save_timeline(folder, export.timeline(*told, *clock))
+            yield path.name, path
+        if "godot" in formats:
+            path = export.save_player(folder)
+            yield path.name, path
+
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.grid.film import save_film
 
-        meters = self.meters()
-        save_film(path, self.stage, self.film, title=self.title, meters=meters, progress=progress)
+        save_film(
+            path,
+            self.stage,
+            self.film,
+            title=self.title,
+            meters=self.meters(),
+            look=self.look,
+            twists=self.focus.turns,
+            progress=progress,
+        )

@@ -10,7 +10,13 @@ from math import ceil
 from xml.sax.saxutils import escape
 
 from i2pdsl.render.grid.choreography import POSES, Film, Key, sample
-from i2pdsl.render.grid.sprites import UTENSIL_DRAWINGS, actor_symbols, mark_symbols, symbol_id
+from i2pdsl.render.grid.sprites import (
+    UTENSIL_DRAWINGS,
+    actor_symbols,
+    mark_symbols,
+    symbol_id,
+    tile_actor,
+)
 from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Cell, Stage, Tile
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import FONTS
@@ -19,6 +25,7 @@ from i2pdsl.render.raster import text_width
 MARGIN = 0.42  # cells of frame around the map; marks and antennas may reach into it
 LEAST = 16.0  # pixels: nobody is drawn smaller, however small the cells of a large map
 FOOT = 0.94  # where in its cell an actor stands, from the cell's top
+LARGEST_SCENE = 2.2e6  # pixels of a picture, of large maps
 WHITE, CREAM, BLACK = "#ffffff", "#fff3d9", "#000000"
 
 
@@ -56,6 +63,7 @@ def svg_document(stage: Stage, cell: float, content: str) -> str:
 def scene_svg(stage: Stage, film: Film, time: float, cell: float = 64) -> str:
     """The whole scene at a time (in turns) as an SVG document; `cell` in pixels."""
     content = f"{stage_background(stage, cell)}{cast_svg(stage, film, time, cell)}"
+    content += labels_svg(stage, cell)
     return svg_document(stage, cell, f"<defs>{stage_symbols(stage)}</defs>{content}")
 
 
@@ -131,20 +139,46 @@ def _opacity(opacity: float) -> str:
 
 
 def stage_background(stage: Stage, cell: float = 64) -> str:
-    """Frame, floor, rugs, walls and the tiles' names."""
+    """Frame, floor, tiles and walls; the tiles' names are in front of the cast (`labels_svg`)."""
     walls = [(c, r) for r in range(stage.height) for c in range(stage.width)]
     walls = [at for at in walls if stage.is_wall(at)]
+    shading = [] if stage.wall_sprite else walls
+    looks = [tile_actor(tile) for tile in stage.tiles]
+    drawn = {look.name: look for look in looks if look is not None}
+    if stage.wall_sprite:
+        drawn[_WALL] = Actor(_WALL, stage.wall_sprite, stage.wall, "wall", stage.wall_drawing)
+    symbols = "".join(actor_symbols(look, ("idle",)) for look in drawn.values())
     return "".join(
         [
+            f"<defs>{symbols}</defs>" if symbols else "",
             _floor(stage, cell),
-            *(_rug(i, tile, cell) for i, tile in enumerate(stage.tiles)),
+            *(
+                _rug(i, tile, cell) if look is None else _still(look, tile.cell, cell)
+                for i, (tile, look) in enumerate(zip(stage.tiles, looks, strict=True))
+            ),
             # As one group: where two shadows overlap it is no darker.
-            f'<g opacity="0.16">{"".join(_wall_shadow(at, cell) for at in walls)}</g>',
+            f'<g opacity="0.16">{"".join(_wall_shadow(at, cell) for at in shading)}</g>',
             _frame(stage, cell),
-            *(_wall(stage, at, cell) for at in walls),
-            *(_label(stage, tile, cell) for tile in stage.tiles),
+            *(
+                _still(drawn[_WALL], at, cell) if stage.wall_sprite else _wall(stage, at, cell)
+                for at in walls
+            ),
         ]
     )
+
+
+def labels_svg(stage: Stage, cell: float = 64) -> str:
+    """The tiles' names, in front of everybody."""
+    return "".join(_label(stage, tile, cell) for tile in stage.tiles)
+
+
+_WALL = "wall/"  # no actor is called so
+
+
+def _still(look: Actor, at: Cell, cell: float) -> str:
+    """A tile or a wall that is drawn as something."""
+    place = f"translate({at[0] * cell:g} {at[1] * cell:g}) scale({cell / 100:g})"
+    return f'<use href="#{symbol_id(look, "idle")}" transform="{place}"/>'
 
 
 def _rect(x: float, y: float, w: float, h: float, fill: str, more: str = "") -> str:
@@ -158,7 +192,7 @@ def _frame(stage: Stage, cell: float) -> str:
     # A pixel more on every side, to be cut off, or the picture's edge might be see-through.
     a, across, down = -m - 1, width + 2, height + 2
     outside = f"M{a:g} {a:g} h{across} v{down} h{-across} Z M0 0 v{h:g} h{w:g} v{-h:g} Z"
-    parts = [f'<path d="{outside}" fill="{mix(stage.wall, CREAM, 0.78)}"/>']
+    parts = [f'<path d="{outside}" fill="{stage.frame or mix(stage.wall, CREAM, 0.78)}"/>']
     for rim, color in ((0.16, mix(stage.wall, BLACK, 0.38)), (0.125, mix(stage.wall, BLACK, 0.10))):
         d = rim * cell / 2
         edge = f'rx="{d:g}" stroke="{color}" stroke-width="{2 * d:g}"'
@@ -167,11 +201,14 @@ def _frame(stage: Stage, cell: float) -> str:
 
 
 def _floor(stage: Stage, cell: float) -> str:
-    """A quiet checker with grout lines, darker along the room's top edge."""
+    """The ground as it is laid, darker along the room's top edge."""
     w, h = stage.width * cell, stage.height * cell
     light = mix(stage.floor, WHITE, 0.16)
     # A little under the frame, too, lest a seam shows.
     parts = [_rect(-1, -1, w + 2, h + 2, light)]
+    shade = _rect(0, 0, w, 0.10 * cell, INK, 'opacity="0.10"')
+    if stage.ground != "checker":
+        return "".join((*parts, _LAID[stage.ground](stage, cell), shade))
     other = mix(stage.floor, "#7a4a20", 0.03)
     parts += [
         _rect(c * cell, r * cell, cell, cell, other)
@@ -184,8 +221,43 @@ def _floor(stage: Stage, cell: float) -> str:
     line = mix(light, "#7a4a20", 0.16)
     if grout:
         parts.append(f'<path d="{grout}" stroke="{line}" stroke-width="{0.018 * cell:g}"/>')
-    parts.append(_rect(0, 0, w, 0.10 * cell, INK, 'opacity="0.10"'))
-    return "".join(parts)
+    return "".join((*parts, shade))
+
+
+def _boards(stage: Stage, cell: float) -> str:
+    """Long boards, three to a cell, whose ends do not meet."""
+    w, rows = stage.width * cell, 3 * stage.height
+    lines = "".join(f"M0 {r * cell / 3:g} H{w:g}" for r in range(1, rows))
+    for r in range(rows):
+        ends = range(1 + 2 * r % 5, 2 * stage.width, 5)
+        lines += "".join(f"M{c * cell / 2:g} {r * cell / 3:g} v{cell / 3:g}" for c in ends)
+    line = mix(stage.floor, "#5a3414", 0.30)
+    return f'<path d="{lines}" stroke="{line}" stroke-width="{0.02 * cell:g}"/>'
+
+
+def _grass(stage: Stage, cell: float) -> str:
+    """Tufts here and there, the same ones in every picture; in the open, no lines between cells."""
+    tufts = "".join(
+        f"M{(c + x) * cell:g} {(r + y) * cell:g} l{-0.05 * cell:g} {-0.11 * cell:g} "
+        f"m{0.05 * cell:g} {0.11 * cell:g} v{-0.14 * cell:g} "
+        f"m0 {0.14 * cell:g} l{0.05 * cell:g} {-0.11 * cell:g}"
+        for r in range(stage.height)
+        for c in range(stage.width)
+        for x, y in [((0.37 * c + 0.61 * r + 0.2) % 0.8 + 0.1, (0.53 * c + 0.29 * r) % 0.7 + 0.2)]
+    )
+    dots = "".join(
+        f'<circle cx="{c * cell:g}" cy="{r * cell:g}" r="{0.025 * cell:g}"/>'
+        for r in range(1, stage.height)
+        for c in range(1, stage.width)
+    )
+    line = mix(stage.floor, "#2c5a1c", 0.42)
+    return (
+        f'<path d="{tufts}" fill="none" stroke="{line}" stroke-linecap="round" '
+        f'stroke-width="{0.025 * cell:g}"/><g fill="{line}" opacity="0.6">{dots}</g>'
+    )
+
+
+_LAID = {"boards": _boards, "grass": _grass, "plain": lambda stage, cell: ""}
 
 
 def _rug(i: int, tile: Tile, cell: float) -> str:
@@ -274,7 +346,8 @@ def _wall_shadow(at: Cell, cell: float) -> str:
 
 
 def _wall(stage: Stage, at: Cell, cell: float) -> str:
-    """A counter: a light top, and doors in front where there is floor below it."""
+    """A block, its top in the wall's colour, and its darker front where there is floor below it:
+    in a kitchen a counter with doors."""
     (c, r), (x, y) = at, (at[0] * cell, at[1] * cell)
     beside = {
         side: stage.is_wall((c + dx, r + dy))
@@ -284,10 +357,14 @@ def _wall(stage: Stage, at: Cell, cell: float) -> str:
     }
     edge = mix(stage.wall, BLACK, 0.42)
     # A little wider than the cell, lest a seam shows between neighbours.
-    parts = [_rect(x - 0.2, y - 0.2, cell + 0.4, cell + 0.4, mix(stage.wall, CREAM, 0.46))]
+    parts = [_rect(x - 0.2, y - 0.2, cell + 0.4, cell + 0.4, stage.wall)]
+    kitchen = "kitchen" in stage.name.lower()
     if not beside["south"]:
-        parts.append(_doors(stage, x, y + (1 - FRONT) * cell, cell))
-    if "kitchen" in stage.name.lower():
+        front = y + (1 - FRONT) * cell
+        parts.append(_rect(x - 0.2, front, cell + 0.4, FRONT * cell, mix(stage.wall, BLACK, 0.18)))
+        if kitchen:
+            parts.append(_doors(stage, x, front, cell))
+    if kitchen:
         # Some counters carry something, the same ones in every picture.
         utensil = UTENSIL_DRAWINGS.get((3 * c + 5 * r) % 11, "")
         place = f"translate({x + 0.5 * cell:g} {y + 0.36 * cell:g}) scale({cell / 100:g})"
@@ -306,14 +383,11 @@ def _wall(stage: Stage, at: Cell, cell: float) -> str:
 
 def _doors(stage: Stage, x: float, y: float, cell: float) -> str:
     """A counter's front: the top's overhang and a pair of cupboard doors with knobs."""
-    dark = mix(stage.wall, BLACK, 0.28)
-    parts = [
-        _rect(x - 0.2, y, cell + 0.4, FRONT * cell, stage.wall),
-        _rect(x - 0.2, y, cell + 0.4, 0.05 * cell, dark),
-    ]
+    dark = mix(stage.wall, BLACK, 0.38)
+    parts = [_rect(x - 0.2, y, cell + 0.4, 0.05 * cell, dark)]
     door = f'rx="{0.02 * cell:g}" stroke="{dark}" stroke-width="{0.018 * cell:g}"'
     for i in (0, 1):
-        left, fill = x + (0.07 + 0.44 * i) * cell, mix(stage.wall, CREAM, 0.18)
+        left, fill = x + (0.07 + 0.44 * i) * cell, mix(stage.wall, BLACK, 0.08)
         parts.append(_rect(left, y + 0.09 * cell, 0.42 * cell, 0.17 * cell, fill, door))
         knob, high = x + (0.44 + 0.12 * i) * cell, y + 0.175 * cell
         parts.append(f'<circle cx="{knob:g}" cy="{high:g}" r="{0.022 * cell:g}" fill="{INK}"/>')

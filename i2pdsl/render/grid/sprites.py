@@ -1,7 +1,7 @@
-"""The cast's drawings: SVG files beside this module, tinted and posed into reusable symbols.
+"""The cast's drawings, tinted and posed into reusable symbols; tiles and walls that are drawn so.
 
-A sprite file is drawn in a 100 x 100 box, its feet at (50, 94). Each group directly below the root
-is a layer, from back to front, and is shown in the poses that it names:
+A sprite file (worlds/sprites) is drawn in a 100 x 100 box, its feet at (50, 94). Each group
+directly below the root is a layer, from back to front, and is shown in the poses that it names:
 
     <g data-part="...">          in every pose
     <g data-pose="idle walk">    in these poses, or verbs of poses ('walk' is walk-east and so on)
@@ -10,48 +10,73 @@ is a layer, from back to front, and is shown in the poses that it names:
 
 Fills named TINT, TINT_LIGHT, TINT_DARK and TINT_DEEP follow the actor's colour; `data-tint` on the
 root is the colour of an actor that has none.
+
+An own drawing whose `viewBox` is not 0 0 100 100, or that has no such layers, is one layer for
+every pose, fitted into the box. If its root has `data-faces="east"` it is mirrored where the actor
+heads west; with "west" the other way round.
 """
 
 import re
 import xml.etree.ElementTree as ET
 from functools import cache
-from importlib.resources import files
 from xml.sax.saxutils import quoteattr
 
 from i2pdsl.render.grid.choreography import POSES
-from i2pdsl.render.grid.stage import DIRECTIONS, Actor
+from i2pdsl.render.grid.stage import LOOKS, Actor, Tile
 from i2pdsl.render.ink import INK, mix
+from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites, tile_look
 
-SVG = "http://www.w3.org/2000/svg"
 FALLBACK = "blob"
-ET.register_namespace("", SVG)
-
-
-def sprite_names() -> list[str]:
-    """Names of the drawings that there are."""
-    folder = files("i2pdsl.render.grid") / "sprites"
-    return sorted(f.name[:-4] for f in folder.iterdir() if f.name.endswith(".svg"))
+# An own drawing fits between these edges, its lower edge where the feet are.
+LEFT, TOP, RIGHT, FEET = 6.0, 4.0, 94.0, 94.0
 
 
 @cache
-def _source(sprite: str) -> str:
-    folder = files("i2pdsl.render.grid") / "sprites"
+def _root(actor: Actor) -> ET.Element:
+    """A drawing, own or built-in; its layers are the children."""
+    if actor.drawing:
+        return _layered(ET.fromstring(as_svg(actor.sprite, actor.drawing)))
     # Looked up among the names, never as a path: the sprite's name comes out of a .world file.
-    name = sprite if sprite in sprite_names() else FALLBACK
-    return (folder / f"{name}.svg").read_text(encoding="utf-8")
+    name = actor.sprite if actor.sprite in builtin_sprites() else FALLBACK
+    return ET.fromstring(builtin_sprite(name))
+
+
+def _layered(root: ET.Element) -> ET.Element:
+    """An own drawing as built-in ones are: what is no layer becomes one."""
+    box = root.get("viewBox", "")
+    shared = [child for child in root if child.tag == f"{{{SVG}}}defs"]
+    drawn = [child for child in root if child.tag != f"{{{SVG}}}defs"]
+    if box == "0 0 100 100" and all({*c.keys()} & {"data-pose", "data-part"} for c in drawn):
+        return root
+    left, top, width, height = map(float, box.split())
+    scale = min((RIGHT - LEFT) / width, (FEET - TOP) / height)
+    x, y = 50 - scale * (left + width / 2), FEET - scale * (top + height)
+    looks = {key: value for key, value in root.attrib.items() if not key.startswith("data-")}
+    looks.pop("viewBox")
+    place = f"translate({x:.4f} {y:.4f}) scale({scale:.6f})"
+    if root.get("data-faces") == "west":
+        place = f"translate(100 0) scale(-1 1) {place}"
+    made = ET.Element(root.tag, {key: v for key, v in root.attrib.items() if key == "data-tint"})
+    made.extend(shared)
+    poses = [pose for pose in POSES if not pose.endswith("west")]
+    layer = {"data-pose": " ".join(poses)} if root.get("data-faces") else {"data-part": "all"}
+    inside = ET.SubElement(ET.SubElement(made, f"{{{SVG}}}g", layer), f"{{{SVG}}}g", looks)
+    inside.set("transform", place)
+    inside.extend(drawn)
+    return made
 
 
 @cache
 def actor_tint(actor: Actor) -> str:
     """The colour that stands for an actor: its own, or else its drawing's, as '#rrggbb'."""
-    tint = actor.color or ET.fromstring(_source(actor.sprite)).get("data-tint", "#999999")
+    tint = actor.color or _root(actor).get("data-tint", "#999999")
     return mix(tint, tint, 0)
 
 
 @cache
 def _layers(actor: Actor) -> tuple[ET.Element, ...]:
-    """A drawing's layers from back to front, tinted."""
-    source, tint = _source(actor.sprite), actor_tint(actor)
+    """A drawing's layers from back to front, tinted; first of all what they refer to, if any."""
+    source, tint = ET.tostring(_root(actor), encoding="unicode"), actor_tint(actor)
     shades = {
         "TINT_LIGHT": mix(tint, "#ffffff", 0.45),
         "TINT_DARK": mix(tint, "#4a2a14", 0.28),
@@ -60,6 +85,12 @@ def _layers(actor: Actor) -> tuple[ET.Element, ...]:
     }
     for name, shade in shades.items():
         source = re.sub(rf'"{name}"', f'"{shade}"', source)
+    # Two drawings on one page may call different things the same.
+    own = _slug(actor.name)
+    source = re.sub(r'\bid="', f'id="{own}--', source)
+    source = re.sub(r"""url\(\s*['"]?#""", f"url(#{own}--", source).replace(
+        'href="#', f'href="#{own}--'
+    )
     return tuple(ET.fromstring(source))
 
 
@@ -76,6 +107,9 @@ def actor_symbols(actor: Actor, poses: tuple[str, ...] = POSES) -> str:
     """`<symbol>`s of an actor, one for each pose, in the sprite's 100 x 100 units."""
     shared, symbols = [], []
     layers = _layers(actor)
+    if layers and layers[0].tag == f"{{{SVG}}}defs":
+        shared.append(_inner(layers[0]))
+        layers = layers[1:]
     for i, layer in enumerate(layers):
         if layer.get("data-pose") is None:
             shared.append(f'<g id="{_slug(actor.name)}--part{i}">{_inner(layer)}</g>')
@@ -100,7 +134,8 @@ def _posed(layer: ET.Element, shown: str, pose: str, known: set[str]) -> str:
     verb, _, direction = shown.partition("-")
     if shown in names or verb in names:
         return _inner(layer, pose.partition("-")[2])
-    if direction == "west" and f"{verb}-east" in names and shown not in known:
+    east = f"{verb}-{direction.replace('west', 'east')}"
+    if direction.endswith("west") and east in names and shown not in known:
         return f'<g transform="translate(100 0) scale(-1 1)">{_inner(layer)}</g>'
     return ""
 
@@ -109,7 +144,7 @@ def _inner(layer: ET.Element, direction: str = "") -> str:
     """The markup inside a layer, with what looks about turned toward the direction."""
     markup = "".join(ET.tostring(child, encoding="unicode").strip() for child in layer)
     markup = markup.replace(f' xmlns="{SVG}"', "")
-    dx, dy = DIRECTIONS.get(direction, (0, 0))
+    dx, dy = LOOKS.get(direction, (0, 0))
 
     def shift(match: re.Match[str]) -> str:
         reach = float(match.group(1))
@@ -117,6 +152,13 @@ def _inner(layer: ET.Element, direction: str = "") -> str:
         return f'transform="translate({dx * reach:g} {0.7 * dy * reach:g})"'
 
     return re.sub(r'data-look="([\d.]+)"', shift, markup)
+
+
+def tile_actor(tile: Tile) -> Actor | None:
+    """A tile as something to be drawn; None where it is a rug."""
+    sprite = tile.sprite or tile_look(tile.name)
+    name = f"tile/{tile.name}"  # no actor is called so
+    return Actor(name, sprite, tile.color, "tile", tile.drawing) if sprite else None
 
 
 _LINE = f'stroke="{INK}" stroke-linecap="round" stroke-linejoin="round"'

@@ -11,38 +11,48 @@ from typing import Any, NamedTuple
 
 Cell = tuple[int, int]  # (column, row) from the map's top left, from 0
 DIRECTIONS: dict[str, Cell] = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
+LOOKS: dict[str, Cell] = DIRECTIONS | {  # where eyes go, too
+    "northeast": (1, -1), "northwest": (-1, -1), "southeast": (1, 1), "southwest": (-1, 1),
+}  # fmt: skip
 
 WALL = "#"
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A named, coloured goal tile. `color` is any CSS colour."""
+    """A named, coloured goal tile. `color` is any CSS colour; `sprite` and `drawing` are as an
+    actor's, and without them its name or a rug tells what it is."""
 
     name: str
     cell: Cell
     color: str
+    sprite: str = ""
+    drawing: str = ""
 
 
 @dataclass(frozen=True)
 class Actor:
     """One of the cast: a 'character' acts, an 'object' is only ever moved.
 
-    `sprite` names a drawing in `sprites/` (robot, cheese, table, ...); one that
-    is not there is drawn as 'blob'. `color` tints its body; '' keeps the drawing's own colour.
+    `sprite` names a drawing (robot, cheese, table, ...); one that is not there is drawn as 'blob'.
+    `drawing` is what is kept of an own one (worlds/drawings.py). `color` tints its body; '' keeps
+    the drawing's own colour.
     """
 
     name: str
     sprite: str
     color: str = ""
     kind: str = "character"
+    drawing: str = ""
 
 
 @dataclass(frozen=True)
 class Stage:
     """A map with its cast. `rows` are strings of equal length; '#' is wall, the rest is floor.
 
-    The characters among `cast` stand in acting order. `floor` and `wall` are CSS colours.
+    The characters among `cast` stand in acting order. `floor`, `wall` and `frame` are CSS colours
+    (the frame's '' is one that suits the walls); `ground` is how the floor is laid, checker,
+    boards, grass or plain. `wall_sprite` and `wall_drawing` are as an actor's.
     """
 
     name: str
@@ -51,6 +61,10 @@ class Stage:
     cast: tuple[Actor, ...]
     floor: str = "#f3e3c7"
     wall: str = "#b08968"
+    frame: str = ""
+    ground: str = "checker"
+    wall_sprite: str = ""
+    wall_drawing: str = ""
 
     @property
     def width(self) -> int:

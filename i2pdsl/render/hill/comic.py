@@ -17,6 +17,7 @@ from i2pdsl.render.raster import text_width
 PANEL = 360.0  # pixels wide
 GHOSTS, GHOST_SECONDS = 3, 0.6  # earlier poses behind each pose, and how far apart in time
 LABEL = 150.0  # pixels for a performance's name beside its row
+LINES = 4  # of a name, at most
 
 
 def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> str:
@@ -63,7 +64,7 @@ def together_svg(performances: Sequence[Performance], title: str, count: int = 4
         parts.append(f'<g transform="translate({x:g} {top - 36:g})">{tag}</g>')
     for row, performance in enumerate(performances):
         y = top + row * (high + GUTTER)
-        lines = wrapped(performance.title, 1.1 * TEXT, LABEL - 16)
+        lines = wrapped(performance.title, 1.1 * TEXT, LABEL - 16, LINES)
         notes = [f"box: {performance.weight:g}", f"came {units(performance.distance[-1])}"]
         parts += [
             text_svg(GUTTER, y + 20 + 20 * k, line, 1.1 * TEXT, True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing, one_by_one
+from i2pdsl.render.focus import Sentence
 from i2pdsl.render.hill.pictures import HillPictures
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hill.world import HillWorld
@@ -28,6 +30,11 @@ class HillDrawing(Drawing):
         from i2pdsl.render.hill.characters import hill_in_characters
 
         return hill_in_characters(world, np.asarray(state, float), ink)
+
+    def sentence(self, spec: Any) -> Sentence:
+        from i2pdsl.render.hill.told import sentence
+
+        return sentence
 
 
 DRAWING = HillDrawing()

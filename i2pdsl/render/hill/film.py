@@ -23,6 +23,7 @@ def film_frames(
     times: Times,
     width: int,
     title: str,
+    meter: bool = True,
 ) -> Iterator[np.ndarray]:
     """The film's pictures at the given times (in frames), uint8 [height, width, 3], sizes even.
 
@@ -42,7 +43,7 @@ def film_frames(
     curves, shaded = meters(performances), windows_of(performances)
     strip = Strip(lasting.frames, width, title, curves, _clock(lasting), shaded, hold)
     below: list[Race | Strip] = [Race(performances, width, hold)] if several else []
-    yield from side_by_side(painters, [*below, strip], width, times)
+    yield from side_by_side(painters, [*below, strip] if meter else [], width, times)
 
 
 def _clock(performance: Performance) -> Callable[[int], str]:

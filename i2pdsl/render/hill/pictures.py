@@ -21,7 +21,11 @@ class HillPictures(PerformancePictures[Performance]):
     """Draws one performance, or several side by side in the same time."""
 
     # Every frame of the world in the MP4; the GIF is small.
-    usual: ClassVar = {".mp4": (1 / FRAME_SECONDS, (800, 1280)), ".gif": (10, (480, 780))}
+    usual: ClassVar = {
+        ".mp4": (1 / FRAME_SECONDS, (800, 1280)),
+        ".webm": (1 / FRAME_SECONDS, (800, 1280)),
+        ".gif": (10, (480, 780)),
+    }
 
     def compared(self) -> tuple[Panel, ...]:
         return compared(self.performances)
@@ -48,7 +52,7 @@ class HillPictures(PerformancePictures[Performance]):
     def film_frames(self, times: Times, width: int) -> Iterator[np.ndarray]:
         from i2pdsl.render.hill.film import film_frames
 
-        return film_frames(self.performances, times, width, self.title)
+        return film_frames(self.performances, times, width, self.title, self.look.meter)
 
 
 def compared(performances: Sequence[Performance]) -> tuple[Panel, ...]:

@@ -34,7 +34,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     states = script.trajectory.states
     positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
     usual = (_beliefs(script), *_curves(script))
-    focus = focus_of(script, usual, _sentence)
+    focus = focus_of(script, usual, sentence)
     moments = {t: TURN * weight for t, weight in focus.turns.items()}
     return Performance(
         title=printable(title or script.record.title or world.name),
@@ -73,7 +73,8 @@ def _beliefs(script: Script) -> Panel:
     return Panel("weight of the box", "probability", series, "probability", WEIGHT, question)
 
 
-def _sentence(event: Claims, condition: Claims) -> tuple[str, str]:
+def sentence(event: Claims, condition: Claims) -> tuple[str, str]:
+    """An event's name, and what those think who believe it."""
     words = in_words(_one, event, condition)
     return words, words
 

@@ -97,7 +97,7 @@ def together_svg(performances: Sequence[Performance], title: str, count: int = 5
         texts = [wrapped(performance.captions[t], TEXT, room, LINES) for t in own]
         parts += [
             text_svg(GUTTER, y + 20 + 20 * k, line, 1.1 * TEXT, True)
-            for k, line in enumerate(wrapped(performance.title, 1.1 * TEXT, LABEL - 16))
+            for k, line in enumerate(wrapped(performance.title, 1.1 * TEXT, LABEL - 16, LINES))
         ]
         for number, (frame, tag, lines) in enumerate(zip(own, tags, texts, strict=True)):
             x = GUTTER + LABEL + number * (slot + GUTTER)

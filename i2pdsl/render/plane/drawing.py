@@ -10,6 +10,7 @@ import numpy as np
 from i2pdsl.errors import error, whole_file
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing
+from i2pdsl.render.focus import Sentence
 from i2pdsl.render.plane.pictures import PlanePictures
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
@@ -32,6 +33,11 @@ class PlaneDrawing(Drawing):
         from i2pdsl.render.plane.characters import plane_in_characters
 
         return plane_in_characters(world.spec, np.asarray(state, float), ink)
+
+    def sentence(self, spec: Any) -> Sentence:
+        from i2pdsl.render.plane.told import beliefs_of
+
+        return beliefs_of(spec).sentence
 
 
 DRAWING = PlaneDrawing()

@@ -105,6 +105,7 @@ def film_frames(
     times: Times,
     width: int,
     title: str,
+    meter: bool = True,
 ) -> Iterator[np.ndarray]:
     """The film's pictures at the given times (in frames), uint8 [height, width, 3], sizes even.
 
@@ -120,7 +121,7 @@ def film_frames(
     strip = Strip(
         lasting, width, title, meters(performances), _clock(lasting), windows_of(performances), hold
     )
-    yield from side_by_side(painters, [strip], width, times)
+    yield from side_by_side(painters, [strip] if meter else [], width, times)
 
 
 def _clock(last: int) -> Callable[[int], str]:

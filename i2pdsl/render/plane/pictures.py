@@ -39,4 +39,4 @@ class PlanePictures(PerformancePictures[Performance]):
     def film_frames(self, times: Times, width: int) -> Iterator[np.ndarray]:
         from i2pdsl.render.plane.film import film_frames
 
-        return film_frames(self.performances, times, width, self.title)
+        return film_frames(self.performances, times, width, self.title, self.look.meter)

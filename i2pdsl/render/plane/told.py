@@ -20,6 +20,11 @@ from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
 WANTS = {APPROACH: "approaches {other}", AVOID: "avoids {other}", NO_GOAL: "wants nothing"}
 
 
+def beliefs_of(spec: PlaneSpec) -> Beliefs:
+    """Words and curves of what viewers believe of its cast."""
+    return Beliefs(spec, WANTS)
+
+
 def performance_of(script: Script, title: str | None = None) -> Performance:
     """What a script of the plane looks like, with the curves that belong to it."""
     # The story's own names must not get into the questions that are asked here.
@@ -28,7 +33,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     spec: PlaneSpec = world.spec
     count = len(spec.characters)
     states = np.asarray(script.trajectory.states, float)
-    beliefs = Beliefs(spec, WANTS)
+    beliefs = beliefs_of(spec)
     usual = beliefs.panels(script)
     focus = focus_of(script, usual, beliefs.sentence)
     return Performance(

@@ -11,6 +11,7 @@ from i2pdsl.errors import Diagnostic, Source, error, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
 from i2pdsl.worlds.grid.map import SYNTAX
 from i2pdsl.worlds.grid.parse import parse_world
@@ -31,8 +32,11 @@ class GridKind(Kind):
     syntax = SYNTAX
     suggested = (1, 20)
 
-    def parse(self, source: Source, name: str) -> GridSpec:
-        return parse_world(source, name)
+    def parse(self, source: Source, name: str, files: Files | None = None) -> GridSpec:
+        return parse_world(source, name, files)
+
+    def drawings(self, spec: GridSpec) -> Mapping[str, str]:
+        return dict(spec.look.drawings)
 
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)

@@ -6,6 +6,7 @@ import unicodedata
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +14,21 @@ from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
+from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
+    GROUNDS,
     NO_GOAL,
     WALL,
     Character,
     GridSpec,
+    Look,
     Settings,
     Thing,
     Tile,
 )
+from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
@@ -34,13 +39,18 @@ _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0"
 
 def load_world(path: Path | str, name: str | None = None) -> GridSpec:
     """Reads a .world file. Raises StoryError with all its mistakes."""
-    return parse_world(read_source(path), name or Path(path).stem)
+    return parse_world(read_source(path), name or Path(path).stem, beside(Path(path).parent))
 
 
-def parse_world(source: Source, name: str) -> GridSpec:
-    """Parses and checks the text of a world. Raises StoryError with all its mistakes."""
+def parse_world(source: Source, name: str, files: Files | None = None) -> GridSpec:
+    """Parses and checks the text of a world. Raises StoryError with all its mistakes.
+
+    Args:
+        files: where its own sprites are; without it they are not looked at.
+    """
     check_text(source)
     reader = _Reader(source)
+    reader.sprites = Sprites(reader, files)
     reader.read()
     spec = reader.world(name, header(source))
     if reader.problems or spec is None:
@@ -52,6 +62,7 @@ class _Reader(MapReader):
     """Turns the blocks of a file into a GridSpec."""
 
     unknown_symbols = False  # whether the map has symbols of no tile
+    sprites: Sprites
 
     def world(self, name: str, documentation: str) -> GridSpec | None:
         of = lambda keyword: [b for b in self.blocks if b.keyword == keyword]
@@ -69,10 +80,13 @@ class _Reader(MapReader):
         characters = self.characters(of("character"), tiles, thing_names, whole)
         events = self.events(of("event"), things)
         settings = self.settings(of)
-        floor, wall = "#f1e8d8", "#7d6b5d"
+        floor, wall, look = "#f1e8d8", "#7d6b5d", Look()
         for block in of("drawing"):
             self.known_keys(block)
             floor, wall = self.color(block, "floor", floor), self.color(block, "wall", wall)
+            frame, ground = self.color(block, "frame", ""), self.word(block, "ground", "", GROUNDS)
+            look = Look(frame, ground or look.ground, self.sprites.of(block, "wall_sprite", ""))
+        look = replace(look, drawings=tuple(self.sprites.drawings.items()))
         characters = self.ordered(of("planning"), characters)
         spec = GridSpec(
             name,
@@ -86,6 +100,7 @@ class _Reader(MapReader):
             wall,
             documentation,
             self.source.text,
+            look,
         )
         needed = len(characters) + sum(not t.may_be_absent for t in things)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
@@ -197,7 +212,11 @@ class _Reader(MapReader):
         owner: dict[tuple[int, int], Block] = {}
         for number, block in enumerate(blocks):
             self.known_keys(block)
-            color = self.color(block, "color", _TILE_COLORS[number % len(_TILE_COLORS)])
+            sprite = self.sprites.of(block, "sprite", "")
+            usual = sprite_color(sprite or tile_look(block.name))
+            if not usual or usual in {tile.color for tile in tiles}:
+                usual = _TILE_COLORS[number % len(_TILE_COLORS)]
+            color = self.color(block, "color", usual)
             cells = self.tile_cells(block, rows)
             for cell in cells:
                 if cell in owner:
@@ -205,7 +224,7 @@ class _Reader(MapReader):
                     message = f"`{block.name}` lies on a cell of `{owner[cell].name}`"
                     self.problem("world-tile", message, block.span, note=note)
                 owner[cell] = block
-            tiles.append(Tile(block.name, cells, color))
+            tiles.append(Tile(block.name, cells, color, sprite))
         return tuple(tiles)
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
@@ -251,7 +270,7 @@ class _Reader(MapReader):
         # Where the word is wrong, `yes` spares a second mistake in the events.
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
-        sprite = self.word(block, "sprite", "box")
+        sprite = self.sprites.of(block, "sprite", "box")
         return Thing(block.name, absent, sprite, self.color(block, "color", "#b08a5a"))
 
     def characters(
@@ -306,7 +325,7 @@ class _Reader(MapReader):
             toward[0] if toward else None,
             attitude,
             toward[0] if toward else models[0] if models else None,
-            self.word(block, "sprite", "blob"),
+            self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )
 

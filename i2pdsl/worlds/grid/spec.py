@@ -14,6 +14,7 @@ OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the or
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
+GROUNDS = ("checker", "boards", "grass", "plain")
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Tile:
     name: str
     cells: tuple[tuple[int, int], ...]
     color: str
+    sprite: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,24 @@ class Thing:
 
 
 @dataclass(frozen=True)
+class Look:
+    """How a world is drawn, besides its colours.
+
+    Attributes:
+        frame: the colour of what lies around the map; empty for one that suits the walls.
+        ground: one of GROUNDS.
+        wall_sprite: what every wall is drawn as; empty for a block.
+        drawings: the own sprites that the file names, and what is kept of them
+            (worlds/drawings.py); without those that are not known.
+    """
+
+    frame: str = ""
+    ground: str = GROUNDS[0]
+    wall_sprite: str = ""
+    drawings: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Settings:
     """The numbers of a world (model.md), which a story may replace: `world kitchen(beta = 1)`."""
 
@@ -84,6 +104,7 @@ class GridSpec:
     wall: str = "#7d6b5d"
     documentation: str = ""
     source: str = ""
+    look: Look = field(default_factory=Look)
 
     @cached_property
     def free_cells(self) -> tuple[tuple[int, int], ...]:
@@ -140,7 +161,7 @@ class GridSpec:
     def planning_key(self) -> str:
         """A digest of all that planning depends on: not of drawing hints or documentation."""
         content = asdict(self)
-        for key in ("name", "floor", "wall", "documentation", "source", "events"):
+        for key in ("name", "floor", "wall", "documentation", "source", "events", "look"):
             content.pop(key)
         content["settings"].pop("forgetting")
         content["settings"].pop("hypotheses")

@@ -7,7 +7,7 @@ from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
-    "tile": ("symbol", "cell", "color"),
+    "tile": ("symbol", "cell", "sprite", "color"),
     "object": ("may_be_absent", "sprite", "color"),
     "character": (
         *("success", "goals", "pushes", "toward", "attitude", "models", "sprite", "color"),
@@ -16,7 +16,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "rewards": ("goal", "move", "stay"),
     "planning": ("gamma", "beta", "level0", "order"),
     "audience": ("forgetting", "hypotheses"),
-    "drawing": ("floor", "wall"),
+    "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }
 """The keys of each block."""
 

@@ -120,6 +120,12 @@ class GridWorld:
     def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
         return state == after
 
+    def outcome(
+        self, tables: model.Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        after = self.transition(tables, state, action)
+        return after, self.log_rows(tables, state, action, after)
+
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
 

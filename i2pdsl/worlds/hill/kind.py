@@ -11,6 +11,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.blocks import BlockReader, Syntax
+from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.kind import Kind, Prepared, Watch, refused
@@ -31,7 +32,7 @@ class HillKind(Kind):
     suggested = (100, MOST_FRAMES)
     acts_by_hypothesis = False  # the box has its weight, whatever viewers think
 
-    def parse(self, source: Source, name: str) -> HillSpec:
+    def parse(self, source: Source, name: str, files: Files | None = None) -> HillSpec:
         """The one hill: what stories replace of it, they say."""
         reader = BlockReader(source, self.syntax)
         reader.read()

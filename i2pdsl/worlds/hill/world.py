@@ -65,6 +65,12 @@ class HillWorld(ContinuousWorld):
     ) -> tuple[Array, ...]:
         return (model.log_likelihood(tables, state, action, after),)
 
+    def outcome(
+        self, tables: model.Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...]]:
+        after, seen = model.outcome(tables, state, action)
+        return after, (seen,)
+
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, state)
 

@@ -10,6 +10,7 @@ from i2pdsl.errors import Diagnostic, Source, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.kind import Kind, Watch
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.parse import SYNTAX, parse_plane
@@ -28,7 +29,7 @@ class PlaneKind(Kind):
     syntax = SYNTAX
     suggested = (20, 1000)
 
-    def parse(self, source: Source, name: str) -> PlaneSpec:
+    def parse(self, source: Source, name: str, files: Files | None = None) -> PlaneSpec:
         return parse_plane(source, name)
 
     def vocabulary(self, spec: PlaneSpec) -> Vocabulary:

@@ -1,0 +1,223 @@
+"""What other programs animate with: the cast as a sprite sheet, and the story as a timeline.
+
+Both are documented in docs/export.md; the script for Godot 4 beside this module plays them.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.render.grid.choreography import MARKS, POSES, Film, Track
+from i2pdsl.render.grid.scene import (
+    FOOT,
+    LARGEST_SCENE,
+    labels_svg,
+    margin,
+    scene_size,
+    stage_background,
+    svg_document,
+)
+from i2pdsl.render.grid.sprites import actor_symbols, actor_tint, mark_symbols, symbol_id
+from i2pdsl.render.grid.stage import DIRECTIONS, Stage
+from i2pdsl.render.mind import Panel
+from i2pdsl.render.raster import svg_rgba
+from i2pdsl.resources import atomic_path, write_text
+
+VERSION = 1
+CELL = 128  # pixels of a cell in the sheet
+ROOM = 24  # pixels about a cell that drawings may reach into
+SIDE = CELL + 2 * ROOM
+COLUMNS = 8
+PLAYER = "i2p_player.gd"
+
+
+def sheet(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
+    """All poses of the cast, and the marks: RGBA [height, width, 4], and where each stands."""
+    drawn: list[str] = []
+    frames: dict[str, dict[str, list[int]]] = {}
+    row = 0
+    groups = [(a.name, {pose: symbol_id(a, pose) for pose in POSES}) for a in stage.cast]
+    groups.append(("", {mark: f"mark--{mark}" for mark in MARKS}))  # nobody is called so
+    for name, symbols in groups:
+        frames[name] = {}
+        for number, (pose, symbol) in enumerate(symbols.items()):
+            x, y = number % COLUMNS * SIDE, (row + number // COLUMNS) * SIDE
+            frames[name][pose] = [x, y]
+            place = f"translate({x + ROOM} {y + ROOM}) scale({CELL / 100})"
+            drawn.append(f'<use href="#{symbol}" transform="{place}"/>')
+        row += -(-len(symbols) // COLUMNS)
+    symbols_svg = "".join(actor_symbols(actor) for actor in stage.cast) + mark_symbols()
+    picture = svg_rgba(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{COLUMNS * SIDE}" height="{row * SIDE}">'
+        f"<defs>{symbols_svg}</defs>{''.join(drawn)}</svg>"
+    )
+    marks = frames.pop("")
+    document = {
+        "format": "i2p-sprites",
+        "version": VERSION,
+        "image": "sprites.png",
+        "size": [SIDE, SIDE],
+        "cell": CELL,
+        "foot": [SIDE / 2, ROOM + FOOT * CELL],
+        "middle": [SIDE / 2, SIDE / 2],
+        "entities": frames,
+        "marks": marks,
+    }
+    return picture, document
+
+
+def background(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
+    """The room without its cast, RGBA, and where in it the map begins; smaller of large maps."""
+    area = np.prod(scene_size(stage, CELL))
+    cell = CELL if area <= LARGEST_SCENE else max(1, int(CELL * (LARGEST_SCENE / area) ** 0.5))
+    content = stage_background(stage, cell) + labels_svg(stage, cell)
+    about = {"image": "background.png", "cell": cell, "origin": [margin(cell), margin(cell)]}
+    return svg_rgba(svg_document(stage, cell, content)), about
+
+
+def timeline(
+    stage: Stage,
+    script: Mapping[str, Any],
+    film: Film,
+    panels: Sequence[Panel],
+    title: str,
+    seconds: np.ndarray,
+    rests: np.ndarray,
+) -> dict[str, Any]:
+    """The story as data, T frames.
+
+    Args:
+        script: the dict of script.json.
+        panels: what viewers believe, over the frames 0..T.
+        seconds: [T] how long each frame lasts.
+        rests: [T] how long its end is held.
+    """
+    starts = np.concatenate([[0.0], np.cumsum(seconds + rests)])
+    cells = [(c, r) for r in range(stage.height) for c in range(stage.width)]
+    frames = [_frame(stage, script["start"], {}, 0, 0.0, 0.0, 0.0, panels)]
+    for t, frame in enumerate(script["frames"], 1):
+        clock = float(starts[t - 1]), float(seconds[t - 1]), float(rests[t - 1])
+        frames.append(_frame(stage, frame["state"], frame, t, *clock, panels))
+    return {
+        "format": "i2p-timeline",
+        "version": VERSION,
+        "title": title,
+        "world": {
+            "name": stage.name,
+            "columns": stage.width,
+            "rows": stage.height,
+            "walls": [list(at) for at in cells if stage.is_wall(at)],
+            "tiles": [
+                {"name": tile.name, "cell": list(tile.cell), "color": tile.color}
+                for tile in stage.tiles
+            ],
+        },
+        "entities": [
+            {"name": a.name, "kind": a.kind, "sprite": a.sprite, "color": actor_tint(a)}
+            for a in stage.cast
+        ],
+        "frames": frames,
+        "beats": [
+            {
+                "frame": beat.frame,
+                "entity": beat.actor,
+                "does": beat.verb,
+                "direction": beat.direction or None,
+                "from": beat.origin and list(beat.origin),
+                "to": beat.target and list(beat.target),
+                "pushes": [shove.name for shove in beat.pushed],
+            }
+            for beat in film.beats
+        ],
+        "keys": ["time", "x", "y", "angle", "scale_x", "scale_y", "opacity", "lift", "ease",
+                 "pose"],
+        "tracks": {name: _keys(track) for name, track in film.tracks.items()},
+        "marks": [{"mark": mark.kind, "keys": _keys(mark.track)} for mark in film.marks],
+    }  # fmt: skip
+
+
+def _frame(
+    stage: Stage,
+    state: Mapping[str, Any],
+    frame: Mapping[str, Any],
+    number: int,
+    start: float,
+    lasts: float,
+    rests: float,
+    panels: Sequence[Panel],
+) -> dict[str, Any]:
+    entities = {}
+    for actor in stage.cast:
+        acted = frame.get(actor.name) or {}
+        action = acted.get("action")
+        entities[actor.name] = {
+            "cell": state.get(actor.name),
+            "action": action,
+            "success": acted["moved"] if action in DIRECTIONS else None,
+        }
+    beliefs = {
+        panel.title: {s.label: _number(s.values[number]) for s in panel.series} for panel in panels
+    }
+    return {
+        "frame": number,
+        "start": round(start, 4),
+        "seconds": round(lasts, 4),
+        "rests": round(rests, 4),
+        "entities": entities,
+        "event": frame.get("event"),
+        "beliefs": beliefs,
+    }
+
+
+def _number(value: float) -> float | None:
+    """JSON has neither infinity nor what is no number."""
+    return round(float(value), 6) if np.isfinite(value) else None
+
+
+def _keys(track: Track) -> list[list[Any]]:
+    return [[round(v, 5) if isinstance(v, float) else v for v in key] for key in track]
+
+
+# Files.
+
+
+def save_sheet(folder: Path, stage: Stage) -> list[Path]:
+    """Writes `sprites.png`, `sprites.json` and `background.png`, each whole or not at all."""
+    picture, document = sheet(stage)
+    room, document["background"] = background(stage)
+    paths = [folder / "sprites.png", folder / "background.png"]
+    for path, pixels in zip(paths, (picture, room), strict=True):
+        _save_png(path, pixels)
+    return [*paths, _save_json(folder / "sprites.json", document)]
+
+
+def save_timeline(folder: Path, document: Mapping[str, Any]) -> Path:
+    """Writes `timeline.json`."""
+    return _save_json(folder / "timeline.json", document)
+
+
+def save_player(folder: Path) -> Path:
+    """Writes the script for Godot 4."""
+    path = folder / PLAYER
+    write_text(path, (Path(__file__).parent / PLAYER).read_text(encoding="utf-8"))
+    return path
+
+
+def _save_json(path: Path, document: Mapping[str, Any]) -> Path:
+    write_text(path, json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+    return path
+
+
+def _save_png(path: Path, pixels: np.ndarray) -> None:
+    from PIL import Image
+
+    made = io.BytesIO()
+    Image.fromarray(pixels).save(made, "PNG", optimize=True)
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(made.getvalue())
