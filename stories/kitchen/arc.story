@@ -10,9 +10,9 @@ let fortune = E[V(robot) | script[:t]]
 maximize arc(robot)
 
 # A greedy search follows the arc at the cost of sense; a beam keeps both.
-search beam(starts = 60, width = 20)
+search beam(starts = 60, width = 20, polish = 0)
 
-# expect (mean_t (tide * fortune) - (mean_t tide) * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.77
+# expect (mean_t (tide * fortune) - (mean_t tide) * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.66
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.97
 # expect still <= 0.25
 # expect luck <= 2.5

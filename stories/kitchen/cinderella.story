@@ -7,7 +7,7 @@ let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 maximize cinderella(cheese, G_cheese = pink, scale = 0.04)
 maximize depict(G_cheese = pink)
 
-search beam(starts = 200, width = 20)
+search beam(starts = 200, width = 20, polish = 0)
 
 # expect mean_{t in 7..9} fortune - mean_{t in 1..3} fortune >= 8
 # expect mean_{t in 7..9} fortune - mean_{t in 15..17} fortune >= 25
