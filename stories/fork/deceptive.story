@@ -3,8 +3,9 @@ world fork
 length 14
 start at(robot, (4, 4))
 
-# One step nearer to a door is worth 2 here, so a unit of fortune must count more than usual.
-maximize deceptive(robot, G_robot = left, G_robot = right, scale = 1)
+# One step nearer to a door is worth 2 here, so a unit of fortune must count more than usual; with
+# more than 0.3 it hurries to the left door and the feint is lost.
+maximize deceptive(robot, G_robot = left, G_robot = right, scale = 0.3)
 
 search beam(width = 100)
 
