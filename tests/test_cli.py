@@ -282,7 +282,7 @@ def test_override(text: str, name: str, value: str, expected: str | None) -> Non
     ("name", "value", "words"),
     [
         ("lenth", "3", "did you mean `length`?"),
-        ("zebra", "3", "known here: beta, k, length, plausibility, rationality, starts, width"),
+        ("zebra", "3", "known here: beta, k, length, liveliness, luck, naturalness, plausibility"),
         ("length", "3\nminimize 1", "--set length:2:1"),
         ("beta", "1, gamma = 0.5", "--set beta:1:2"),
         ("beta", "1) maximize (2", "--set beta:1:2"),
