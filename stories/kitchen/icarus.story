@@ -14,4 +14,4 @@ search beam(starts = 200, width = 20, polish = 0)
 # expect mean_t P(G_cheese = pink | script[:t]) >= 0.9
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.93
 # expect still <= 0.25
-# expect luck <= 2.5
+# expect luck <= 3.6
