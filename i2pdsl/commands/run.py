@@ -199,7 +199,7 @@ def make(
     document: dict[str, Any] = {
         "story": story.typed.name,
         "seed": seed,
-        **{name: parts[0][name] for name in ("score", "script", "still", "files")},
+        **{name: value for name, value in parts[0].items() if name != "panel"},
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
         "candidates": parts,
         "wishes": [asdict(each) for each in wishes],

@@ -10,8 +10,6 @@ from collections import deque
 
 import numpy as np
 
-MOST_CELLS = 2000  # of a map on which it is known: a table has a number for each pair
-
 
 def walking(coordinates: np.ndarray) -> np.ndarray:
     """The fewest steps between cells, int32 [N + 1, N + 1].

@@ -14,6 +14,7 @@ OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the or
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
+MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
 GROUNDS = ("checker", "boards", "grass", "plain")
 
 

@@ -7,8 +7,7 @@ from dataclasses import fields
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
-from i2pdsl.worlds.grid.sight import MOST_CELLS
-from i2pdsl.worlds.grid.spec import ACTIONS, GridSpec
+from i2pdsl.worlds.grid.spec import ACTIONS, MOST_SEEN, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 PREDICATES = (
@@ -82,7 +81,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         predicates={
             p.name: p
             for p in PREDICATES
-            if p.name not in _BY_PAIRS or len(spec.free_cells) <= MOST_CELLS
+            if p.name not in _BY_PAIRS or len(spec.free_cells) <= MOST_SEEN
         },
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
