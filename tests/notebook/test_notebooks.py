@@ -163,8 +163,8 @@ def test_what_the_text_says_is_so(book: Book) -> None:
     told = {cell.source: words(cell) for cell in code_cells(book.fresh)}
     (what_if,) = (text for source, text in told.items() if "moves = [" in source)
     after = dict(re.findall(r"robot: (\w+) +([\d.]+)", what_if))  # where the cheese stays
-    north, south, west = (float(after[move]) for move in ("north", "south", "west"))
-    assert max(north, south) < 0.6 < 0.99 < west
+    assert set(after) == {"stay", "north", "south", "east", "west"}
+    assert min(map(float, after.values())) > 0.5  # still taken for a friend
     (secret,) = (text for source, text in told.items() if source.startswith("%%query"))
     rows = [line.split() for line in secret.splitlines()[:16]]
     beliefs = [float(value) for _, value in rows]
