@@ -52,6 +52,7 @@ _LATENTS = ("any", "event", "assumption", "quantity", "quantity or value", "late
 _HIDDEN = (*_LATENTS, "latent or script", "script or event")
 _WITHOUT_BELIEFS = ("value", "quantity", "quantity or value", "index", "constant", "cell")
 MOST_LOOKED_AT = 200  # lets and patterns; of more, those come first that begin as what is typed
+_SUMMARISED = ("latent or script",)  # where what is hidden is taken together
 _CALCULATED = ("any", "number", "condition", "quantity", "quantity or value")
 
 
@@ -71,11 +72,11 @@ def names_at(place: Place, slot: Slot) -> Iterator[Offer]:
 
 
 def functions_at(slot: Slot) -> Iterator[Offer]:
-    """The functions of numbers, where there can be any."""
-    if slot.kind in _CALCULATED:
-        for word in FUNCTIONS.values():
-            if word.name != "points" or slot.time:
-                yield Offer(word.name, "function", word.signature, word.documentation)
+    """The functions of numbers, and those that stand for latents, where there can be any."""
+    for word in FUNCTIONS.values():
+        where = _CALCULATED if word.takes == "number" else _SUMMARISED
+        if slot.kind in where and (word.name != "points" or slot.time):
+            yield Offer(word.name, "function", word.signature, word.documentation)
     if slot.kind in (*_CALCULATED, "constant", "cell"):
         yield Offer("pi", "constant", "pi = 3.14159...")
 

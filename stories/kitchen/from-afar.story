@@ -5,8 +5,7 @@ length 15
 start distance(cheese, pink) > 5 and distance(cheese, green) > 5
 maximize depict(rho > 0)
 
-let home = at(cheese, pink) or at(cheese, green)
-require [pushes(robot, table)] before [home]
+require [pushes(robot, table)] before [at(cheese, pink) or at(cheese, green)]
 require when [pushes(robot, table)] < 6
 require never [distance(robot, cheese) < 2]
 
