@@ -32,7 +32,7 @@ def subjects_of(story: TypedStory) -> tuple[Subject, ...]:
     found: dict[Subject, None] = {}
     for _, expression in story.objective:
         for node in ty.walk(expression):
-            if not isinstance(node, ty.Belief) or node.form == "KL":
+            if not isinstance(node, ty.Belief) or len(node.given) > 1:
                 continue  # how far beliefs move is no belief
             if isinstance(node.about, tuple | ty.Partition | ty.ValueAt):
                 found[Subject(node.about, node.given[0].mask)] = None

@@ -62,7 +62,7 @@ def count_traces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     compile_ = programs._compile
 
     def noted(key: tuple[Any, ...], *rest: Any) -> Any:
-        if key[0] == "beam":
+        if key[0] == "pool":
             traced.append(repr(key))
         return compile_(key, *rest)
 
