@@ -39,10 +39,8 @@ def story_objective(story: TypedStory, world: World) -> Objective:
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:
     """The objective of a finished script, in doubles."""
-    total = sum(
-        weight * float(evaluate(world, frames, expression, None))
-        for weight, expression in all_terms(story)
-    )
+    terms = all_terms(story)
+    total = sum((w * float(evaluate(world, frames, e, None)) for w, e in terms), 0.0)
     if story.weights.sees_frames:
         chances = np.array(world.weak_chances)
         total += float(weighed(story.weights, costs(chances, film_of(world, frames))))
