@@ -15,6 +15,7 @@ from i2pdsl.objective.wishes import Wish, doubts, shares, wish
 from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.wishes import wishes_of
+from stories_for_tests import BARE
 from worlds_for_tests import SMALL_MAP, kitchen_text
 
 TEXT = """\
@@ -169,7 +170,7 @@ class Refuses:
 
 
 def test_a_wish_that_nothing_competes_with_needs_no_search(folder: Path) -> None:
-    alone = story_from(Source("a.story", ONE + "rationality 0\nplausibility 0\n"), folder)
+    alone = story_from(Source("a.story", ONE + BARE), folder)
     script = alone.solve(seed=0).script
     search: Any = Refuses(AssertionError("it was used"))
     ((told,), finished) = wishes_of(alone.task(), search, script.frames, 0)
