@@ -56,29 +56,57 @@ def no_film(xp: Any, weak: int, dtype: Any) -> Film:
     return Film(none, none, each, each, xp.zeros((2, weak), dtype=dtype), each)
 
 
-def see(world: World, tables: Any, chances: Array, film: Film, frame: Frame) -> Film:
-    """One frame further. `chances` are the success probabilities of the weak, [W]."""
+class Seen(NamedTuple):
+    """What there is to see in a frame, or in many along leading axes; as in Film, of it alone."""
+
+    regret: Array
+    still: Array
+    tried: Array
+    succeeded: Array
+
+
+def seen(world: World, tables: Any, frame: Frame) -> Seen:
+    """What there is to see in a frame, or in several side by side."""
     xp = frame.belief.__array_namespace__()
     everyone_rational = xp.asarray(default_assumption(world.vocabulary))
     regret = expected_regret(frame.afterwards, frame.regrets, everyone_rational)
     still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
-    film = film._replace(regret=film.regret + regret, still=film.still + still)
-    if not world.weak_chances:
-        return film
-    tried, succeeded = world.attempts(tables, frame.before, frame.action)
-    failed = tried & ~succeeded
-    steps = []
+    if world.weak_chances:
+        return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))
+    nobody = xp.zeros((*still.shape, 0), dtype=bool)
+    return Seen(regret, still, nobody, nobody)
+
+
+def see(world: World, tables: Any, chances: Array, film: Film, frame: Frame) -> Film:
+    """One frame further. `chances` are the success probabilities of the weak, [W]."""
+    now = seen(world, tables, frame)
+    film = film._replace(
+        regret=film.regret + now.regret,
+        still=film.still + now.still,
+        tried=film.tried + now.tried,
+        succeeded=film.succeeded + now.succeeded,
+    )
+    return _luckier(film, _log_ratios(chances, now))
+
+
+def _log_ratios(chances: Array, now: Seen) -> Array:
+    """Of what became of each attempt, by how much likelier better and worse odds make it, in nats:
+    [2, ..., W], 0 where there was none."""
+    xp = chances.__array_namespace__()
+    failed = now.tried & ~now.succeeded
+    found = []
     for odds in (ODDS, 1 / ODDS):
         other = odds * chances / (1 - chances + odds * chances)
         of_success, of_failure = xp.log(other / chances), xp.log((1 - other) / (1 - chances))
-        steps.append(xp.where(succeeded, of_success, xp.where(failed, of_failure, 0.0)))
-    streaks = xp.maximum(film.streaks + xp.stack(steps), 0.0)
-    return film._replace(
-        tried=film.tried + tried,
-        succeeded=film.succeeded + succeeded,
-        streaks=streaks,
-        luck=xp.maximum(film.luck, streaks.max(0)),
-    )
+        found.append(xp.where(now.succeeded, of_success, xp.where(failed, of_failure, 0.0)))
+    return xp.stack(found)
+
+
+def _luckier(film: Film, log_ratios: Array) -> Film:
+    """How long luck has lasted, one frame further: `log_ratios` are [2, W]."""
+    xp = film.regret.__array_namespace__()
+    streaks = xp.maximum(film.streaks + log_ratios, 0.0)
+    return film._replace(streaks=streaks, luck=xp.maximum(film.luck, streaks.max(0)))
 
 
 class Costs(NamedTuple):
@@ -103,10 +131,12 @@ def costs(chances: Array, film: Film) -> Costs:
 def film_of(world: World, frames: Frame) -> Film:
     """What the automatic terms come to over a finished script, in doubles."""
     chances = np.array(world.weak_chances)
-    film = no_film(np, len(chances), float)
-    for t in range(1, len(frames.number)):
-        frame = Frame(*(np.asarray(part[t]) for part in frames))
-        film = see(world, world.tables, chances, film, frame)
+    every = seen(world, world.tables, Frame(*(part[1:] for part in frames)))
+    film = no_film(np, len(chances), float)._replace(
+        **{name: part.sum(0) for name, part in every._asdict().items()}
+    )
+    for log_ratios in np.moveaxis(_log_ratios(chances, every), 1, 0):
+        film = _luckier(film, log_ratios)
     return film
 
 
