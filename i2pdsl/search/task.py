@@ -28,17 +28,19 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Task:
     """A story in its world, to be searched with so many times the usual effort; for the sake of
-    one of its wishes alone, if that has a number."""
+    one of its wishes alone, if that has a number. `whole` is the objective of all its wishes, where
+    it is there already: requirements take seconds to compile."""
 
     story: TypedStory
     world: World
     watch: Watch
     effort: int = 1
     only: int | None = None
+    whole: Objective | None = None
 
     @cached_property
     def objective(self) -> Objective:
-        whole = story_objective(self.story, self.world)
+        whole = self.whole or story_objective(self.story, self.world)
         return whole if self.only is None else whole.alone(self.only)
 
     @cached_property

@@ -49,7 +49,8 @@ def _alone(task: Task, number: int) -> Task:
     """The search for one wish, as long as its share of the story's own."""
     parts, plan = len(task.story.objective), task.story.search
     shorter = replace(plan, starts=max(1, plan.starts // parts), seeds=max(1, plan.seeds // parts))
-    return replace(task, story=replace(task.story, search=shorter), only=number)
+    story = replace(task.story, search=shorter)
+    return replace(task, story=story, only=number, whole=task.objective)
 
 
 def _best(task: Task, search: Search, seed: int) -> tuple[Frame | None, bool]:
