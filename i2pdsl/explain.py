@@ -21,7 +21,7 @@ from i2pdsl.audience.filter import log_sum, update
 from i2pdsl.audience.queries import probability
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Value, Vocabulary, show_value
-from i2pdsl.objective.subjects import Claims, claims, latents_of
+from i2pdsl.objective.subjects import Claims, claims, event_of, latents_of
 from i2pdsl.scripts import Script
 
 WINDOWS = 12  # that a script of moving bodies is told in, at most
@@ -149,11 +149,6 @@ def groups(words: Vocabulary, latent: str) -> list[tuple[Value, ...]]:
         tuple(v for v, s in zip(values, signs, strict=True) if s == sign)
         for sign in sorted(set(signs))
     ]
-
-
-def event_of(words: Vocabulary, found: Claims) -> ty.Mask:
-    """The hypotheses in which each latent has one of its values."""
-    return tuple(all(row.get(x) in vs for x, vs in found.items()) for row in words.hypotheses)
 
 
 def windows(length: int) -> list[tuple[int, int]]:

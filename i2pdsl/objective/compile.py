@@ -229,7 +229,8 @@ class Compiler:
         left = ty.TimeTable(1, tuple(float(node.last + 1 - t) for t in range(1, node.last + 1)))
         ahead = ty.Apply("choose", (node.body, left, ty.Constant(0.0)))
         greatest = ty.Reduction("max", 1, node.last, ahead)
-        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), _minus(greatest))))
+        less = ty.Apply("negate", (greatest,))
+        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), less)))
 
     def _framecount(self, node: ty.FrameCount) -> Closure:
         return lambda scope: scope.count
@@ -260,10 +261,6 @@ class Compiler:
         assert self.on_reduction is not None
         self.shape.append(f"{node.kind}{node.first}..{node.last}")
         return self.on_reduction(node)
-
-
-def _minus(node: ty.Typed) -> ty.Typed:
-    return ty.Apply("negate", (node,))
 
 
 class _QuantityScope:

@@ -72,6 +72,11 @@ def claims(words: Vocabulary, event: ty.Mask, within: ty.Mask) -> Claims | None:
     return found
 
 
+def event_of(words: Vocabulary, found: Claims) -> ty.Mask:
+    """The hypotheses in which each latent has one of its values."""
+    return tuple(all(row.get(x) in vs for x, vs in found.items()) for row in words.hypotheses)
+
+
 def latents_of(words: Vocabulary, subject: Subject) -> Sequence[str]:
     """The latents that a subject is about, as far as can be told."""
     about = subject.about

@@ -11,7 +11,7 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Value
 from i2pdsl.objective.replay import evaluate
-from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, latents_of
+from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, event_of, latents_of
 from i2pdsl.render.files import UNSURE, percent
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
@@ -147,7 +147,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     if len(told) > 1:
         named = [_claims(script, s.about, s.given) or {} for s in events]  # type: ignore[arg-type]
         wanted = [
-            Subject(tuple(row.get(x) in vs for row in words.hypotheses), script.assumption)
+            Subject(event_of(words, {x: vs}), script.assumption)
             for found in named
             for x, vs in found.items()
         ]

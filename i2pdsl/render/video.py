@@ -71,6 +71,19 @@ def padded(frames: Iterator[np.ndarray], size: tuple[int, int]) -> Iterator[np.n
         yield canvas
 
 
+_CODECS = {
+    # H.264 in yuv420p plays anywhere; VP9 is see-through where the pictures are.
+    ".mp4": (
+        *("-c:v", "libx264", "-preset", "veryfast", "-tune", "animation", "-crf", "20"),
+        *("-pix_fmt", "yuv420p", "-movflags", "+faststart"),
+    ),
+    ".webm": (
+        *("-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-deadline", "good"),
+        *("-cpu-used", "5", "-row-mt", "1", "-auto-alt-ref", "0", "-pix_fmt", "yuva420p"),
+    ),
+}
+
+
 def write_film(
     path: PathLike,
     frames: Callable[[Times], Iterator[np.ndarray]],
@@ -90,38 +103,10 @@ def write_film(
     if Path(path).suffix == ".gif":
         samples = frames(np.linspace(0, times[-1], PALETTE_SAMPLES))
         write_gif(path, frames(times), samples, len(times), fps, progress)
-    elif Path(path).suffix == ".webm":
-        write_webm(path, frames(times), len(times), fps, progress)
-    else:
-        write_mp4(path, frames(times), len(times), fps, progress)
-
-
-def write_webm(
-    path: PathLike,
-    frames: Iterator[np.ndarray],
-    total: int,
-    fps: float,
-    progress: Progress | None = None,
-) -> None:
-    """VP9, see-through where the pictures are; the file appears when complete."""
-    encode = ["-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-deadline", "good"]
-    encode += ["-cpu-used", "5", "-row-mt", "1", "-auto-alt-ref", "0", "-pix_fmt", "yuva420p"]
+        return
+    encode = list(_CODECS[Path(path).suffix])
     with atomic_path(Path(path)) as temporary:
-        _encode(Path(path).name, temporary, frames, total, fps, [], encode, progress)
-
-
-def write_mp4(
-    path: PathLike,
-    frames: Iterator[np.ndarray],
-    total: int,
-    fps: float,
-    progress: Progress | None = None,
-) -> None:
-    """H.264 in yuv420p, which plays anywhere; the file appears when complete."""
-    encode = ["-c:v", "libx264", "-preset", "veryfast", "-tune", "animation", "-crf", "20"]
-    encode += ["-pix_fmt", "yuv420p", "-movflags", "+faststart"]
-    with atomic_path(Path(path)) as temporary:
-        _encode(Path(path).name, temporary, frames, total, fps, [], encode, progress)
+        _encode(Path(path).name, temporary, frames(times), len(times), fps, [], encode, progress)
 
 
 def write_gif(
