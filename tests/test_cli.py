@@ -21,7 +21,7 @@ from i2pdsl import cli
 from i2pdsl.cli import DONE, INTERRUPTED, USAGE, WRONG
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import Source, StoryError
-from worlds_for_tests import SMALL_MAP, STORIES, kitchen_text
+from worlds_for_tests import STORIES, kitchen_text, with_small_world
 
 HELP = "world small\nlength 4\nmaximize sum_t P(rho > 0 | script[:t])\n"
 WALK = "world small\nlength 3\nsearch naive\n"
@@ -30,8 +30,7 @@ WALK = "world small\nlength 3\nsearch naive\n"
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small world, two stories and a finished script."""
-    folder = tmp_path_factory.mktemp("cli")
-    (folder / "small.world").write_text(kitchen_text(SMALL_MAP, gamma="0.9"), encoding="utf-8")
+    folder = with_small_world(tmp_path_factory.mktemp("cli"))
     (folder / "help.story").write_text(HELP, encoding="utf-8")
     (folder / "walk.story").write_text(WALK, encoding="utf-8")
     arguments = ["run", str(folder / "walk.story"), "--out", str(folder), "--format", ""]

@@ -25,6 +25,19 @@ from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).parent.parent / "stories"
 SMALL_MAP = ("P..", "#.G", "...")
+CORRIDOR = """
+map
+    A...B
+tile left
+    symbol = A
+tile right
+    symbol = B
+character one
+    goals = {left, right}
+planning
+    gamma = 0.9
+    beta = 1
+"""
 
 
 def trajectory(world: GridWorld, start: int, actions: np.ndarray) -> Trajectory:
@@ -41,6 +54,13 @@ def kitchen_text(rows: tuple[str, ...], **changes: str) -> str:
         text, count = re.subn(rf"\b{key} = .*", f"{key} = {value}", text)
         assert count, key
     return text
+
+
+def with_small_world(folder: Path) -> Path:
+    """A folder with a world `small`: the kitchen on a small map."""
+    text = kitchen_text(SMALL_MAP, gamma="0.9")
+    (folder / "small.world").write_text(text, encoding="utf-8")
+    return folder
 
 
 @dataclass(frozen=True)

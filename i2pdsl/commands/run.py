@@ -25,8 +25,9 @@ from i2pdsl.output import (
 from i2pdsl.render.files import FORMATS, FilmLook
 
 if TYPE_CHECKING:
+    from i2pdsl.objective.panel import Judgement
     from i2pdsl.objective.wishes import Wish
-    from i2pdsl.pipeline import Story
+    from i2pdsl.pipeline import Script, Story
     from i2pdsl.results import Choice
 
 WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
@@ -161,10 +162,7 @@ def make(
         for script, judgement in zip(chosen, found.judgements, strict=False):
             number = len(parts) + 1
             place = folder if number == 1 else folder / f"candidate-{number}"
-            path = str(script.save(place / "script.json"))
-            panel = {"mean": judgement.mean, "worst": judgement.worst}
-            told = {"score": script.score, "script": path, "panel": panel, "still": script.still}
-            parts.append({**told, "files": {}})
+            parts.append({**candidate(script, judgement, place), "files": {}})
             if story.typed.requirements:
                 parts[-1]["unmet"] = [requirement.text for requirement in script.unmet]
         wishes: tuple[Wish, ...] = ()
@@ -205,6 +203,16 @@ def make(
         "wishes": [asdict(each) for each in wishes],
     }
     return document, status
+
+
+def candidate(script: Script, judgement: Judgement, folder: Path) -> dict[str, Any]:
+    """Writes a candidate's script into a folder; what `--json` tells of it."""
+    return {
+        "score": script.score,
+        "script": str(script.save(folder / "script.json")),
+        "panel": {"mean": judgement.mean, "worst": judgement.worst},
+        "still": script.still,
+    }
 
 
 def wishes_in_words(wishes: tuple[Wish, ...]) -> str:

@@ -11,7 +11,7 @@ import click
 from i2pdsl.commands.arguments import Assignment
 from i2pdsl.commands.inputs import load_story
 from i2pdsl.commands.pictures import warn
-from i2pdsl.commands.run import folder_name
+from i2pdsl.commands.run import candidate, folder_name
 from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json, show
 
 if TYPE_CHECKING:
@@ -64,11 +64,7 @@ def sheet(
     told: list[dict[str, Any]] = []
     labelled = []
     for number, (script, judgement) in enumerate(zip(chosen, found.judgements, strict=False), 1):
-        place = script.save(folder / f"candidate-{number}" / "script.json")
-        panel = {"mean": judgement.mean, "worst": judgement.worst}
-        told.append(
-            {"score": script.score, "script": str(place), "panel": panel, "still": script.still}
-        )
+        told.append(candidate(script, judgement, folder / f"candidate-{number}"))
         labelled.append(_labelled(script, label(number, script, judgement)))
     title = f"{name}: candidates, seed {seed}"
     if len(labelled) == 1:

@@ -21,22 +21,7 @@ from i2pdsl.search import beam
 from i2pdsl.search.beam import Found, beam_search, check_size
 from i2pdsl.search.task import draw_starts
 from i2pdsl.worlds.grid.world import unplanned_world
-from worlds_for_tests import Pair, planned, small_kitchen, trajectory
-
-CORRIDOR = """
-map
-    A...B
-tile left
-    symbol = A
-tile right
-    symbol = B
-character one
-    goals = {left, right}
-planning
-    gamma = 0.9
-    beta = 1
-"""
-
+from worlds_for_tests import CORRIDOR, Pair, planned, small_kitchen, trajectory
 
 # A search takes seconds to compile, once for each length, width and shape of the objective (events
 # and numbers are no part of it): tests that need just any search take this objective.

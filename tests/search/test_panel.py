@@ -16,16 +16,14 @@ from i2pdsl.pipeline import Story, story_from
 from i2pdsl.search.candidates import TOLERANCE, faults
 from i2pdsl.worlds.ready import ready_world
 from i2pdsl.worlds.world import Viewer
-from worlds_for_tests import SMALL_MAP, kitchen_text
+from worlds_for_tests import with_small_world
 
 TEXT = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\nsearch beam(starts = 60)\n"
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("panel")
-    (place / "small.world").write_text(kitchen_text(SMALL_MAP, gamma="0.9"), encoding="utf-8")
-    return place
+    return with_small_world(tmp_path_factory.mktemp("panel"))
 
 
 @pytest.fixture(scope="module")

@@ -20,21 +20,8 @@ from i2pdsl.pipeline import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from plane_for_tests import DESK, build_plane, wandered
 from stories_for_tests import BARE
-from worlds_for_tests import planned, small_kitchen, trajectory
+from worlds_for_tests import CORRIDOR, planned, small_kitchen, trajectory
 
-CORRIDOR = """
-map
-    A...B
-tile left
-    symbol = A
-tile right
-    symbol = B
-character one
-    goals = {left, right}
-planning
-    gamma = 0.9
-    beta = 1
-"""
 FRAMES = 3
 STARTS = (0, 2)
 Walk = tuple[int, ...]

@@ -16,7 +16,7 @@ from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.wishes import wishes_of
 from stories_for_tests import BARE
-from worlds_for_tests import SMALL_MAP, kitchen_text
+from worlds_for_tests import with_small_world
 
 TEXT = """\
 world small
@@ -32,9 +32,7 @@ ONE = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\nsearch bea
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("wishes")
-    (place / "small.world").write_text(kitchen_text(SMALL_MAP, gamma="0.9"), encoding="utf-8")
-    return place
+    return with_small_world(tmp_path_factory.mktemp("wishes"))
 
 
 @pytest.fixture(scope="module")
