@@ -371,10 +371,8 @@ class _Checker:
                 item = self.elaborator.item(first, self.env)
                 value = item.value
                 if item.kind == "number" and not self.elaborator.is_predicate(value):
-                    message, hint = (
-                        "expected a condition, found a number",
-                        "compare it: `... > 0.9`",
-                    )
+                    message = "expected a condition, found a number"
+                    hint = "compare it: `... > 0.9`"
                     raise self.elaborator.blame("type", message, first, self.env, hint)
                 if item.kind not in ("number", "truth"):
                     raise self.elaborator.wrong_kind("a condition", item, first, self.env)

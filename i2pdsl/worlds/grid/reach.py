@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
+from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 
 from i2pdsl.errors import Diagnostic, Source, Span
@@ -40,11 +42,11 @@ def goal_warnings(
         placed = _cells_at(start, number)
         if placed is not None:
             turns = length * len(spec.characters)  # one's own steps and those of being pushed
-            cells = {cell for cell, n in _steps(spec, tuple(placed & free)).items() if n <= turns}
+            cells = {cell for cell, n in steps_to(placed & free, free).items() if n <= turns}
         for goal in c.goals:
             if goal == NO_GOAL or not cells:
                 continue
-            steps = _steps(spec, tiles[goal])
+            steps = steps_to(tiles[goal], free)
             ways = [steps.get(cell) for cell in cells]
             for told in (_walled_off(spec, c, goal, ways), _far(spec, c, goal, ways)):
                 if told is not None:
@@ -64,11 +66,10 @@ def _cells_at(start: ty.Typed | None, number: int) -> set[Cell] | None:
     return None
 
 
-def _steps(spec: GridSpec, cells: tuple[Cell, ...]) -> dict[Cell, int]:
-    """The length of the shortest way to some cells from each from which there is one."""
-    free = set(spec.free_cells)
+def steps_to(cells: Iterable[Cell], free: AbstractSet[Cell]) -> dict[Cell, int]:
+    """The length of the shortest way over free cells to some from each from which there is one."""
     steps = dict.fromkeys(cells, 0)
-    queue = deque(cells)
+    queue = deque(steps)
     while queue:
         cell = queue.popleft()
         for near in _near(cell):

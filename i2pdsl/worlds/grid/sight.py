@@ -6,9 +6,9 @@ over.
 
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
+
+from i2pdsl.worlds.grid.reach import steps_to
 
 
 def walking(coordinates: np.ndarray) -> np.ndarray:
@@ -21,21 +21,10 @@ def walking(coordinates: np.ndarray) -> np.ndarray:
     """
     count = len(coordinates)
     number = {(int(c), int(r)): i for i, (c, r) in enumerate(coordinates)}
-    near = [
-        [number[x] for x in ((c + 1, r), (c - 1, r), (c, r + 1), (c, r - 1)) if x in number]
-        for c, r in number
-    ]
     steps = np.full((count + 1, count + 1), count, dtype=np.int32)
-    for start in range(count):
-        found = {start: 0}
-        waiting = deque([start])
-        while waiting:
-            here = waiting.popleft()
-            for cell in near[here]:
-                if cell not in found:
-                    found[cell] = found[here] + 1
-                    waiting.append(cell)
-        steps[start, list(found)] = list(found.values())
+    for cell, i in number.items():
+        found = steps_to((cell,), number.keys())
+        steps[i, [number[other] for other in found]] = list(found.values())
     return steps
 
 

@@ -154,7 +154,7 @@ class GridWorld:
         )
         if name not in ("sees", "distance"):
             return found
-        table = self._pairs[name]
+        table = self._sight if name == "sees" else self._walks
         first, other = found
         if isinstance(other, int):
             return first, other, table.reshape(-1)
@@ -162,9 +162,12 @@ class GridWorld:
         return first, None, cells.any(1) if name == "sees" else cells.min(1)
 
     @cached_property
-    def _pairs(self) -> dict[str, np.ndarray]:
-        where = self.dynamics.coordinates
-        return {"sees": in_sight(where), "distance": walking(where)}
+    def _sight(self) -> np.ndarray:
+        return in_sight(self.dynamics.coordinates)
+
+    @cached_property
+    def _walks(self) -> np.ndarray:
+        return walking(self.dynamics.coordinates)
 
     def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
