@@ -105,7 +105,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("[at(robot, ", {"pink", "green", "("}),
         ("script ++ [", {"cheese", "robot", "deus"}),
         ("script ++ [cheese: ", MOVES),
-        ("entropy(", LATENTS | {"friend", "script", "("}),
+        ("entropy(", LATENTS | {"friend", "script", "others", "("}),
         ("sum_", {"sum_t", "sum_{"}),
         ("# P(", set()),
         # Statements.
@@ -132,7 +132,7 @@ def test_expressions_begin_with_forms_sums_patterns_and_functions(
     session: Session, line: str
 ) -> None:
     found = offered(session, line)
-    assert found >= FORMS | SUMS | PATTERNS | set(FUNCTIONS) - {"pi"} | {"t", "T", "if"}
+    assert found >= FORMS | SUMS | PATTERNS | set(FUNCTIONS) - {"pi", "others"} | {"t", "T", "if"}
     assert not found & (MOVES | LATENTS | {"pink"})
     assert (set(COMMAND_WORDS) <= found) == (line == "")
     assert (set(STATEMENT_WORDS) <= found) == (line == "")
