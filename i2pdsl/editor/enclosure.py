@@ -129,7 +129,7 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
     if last in _FORMS:
         return Enclosure(str(before))
     if token.type == "LSQB":
-        if last == "PLUSPLUS":
+        if last == "PLUSPLUS" or (top.name == "pin" and last == "EQ"):
             return Enclosure("turn")
         return Enclosure("index" if last in OPERAND_ENDS else "holds")
     keyword = top.name.upper() + "_KW" if top.kind == "statement" else ""

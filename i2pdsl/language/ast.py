@@ -366,6 +366,17 @@ class Require(Node):
     second: Expr | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Pin(Node):
+    """`pin script[first]: condition`, or `... = [turn]`, which need not say what everybody does;
+    of several frames with a `last` one."""
+
+    first: Expr
+    last: Expr | None
+    turn: tuple[Move | Fall, ...] = ()
+    condition: Expr | None = None
+
+
 Statement = (
     World
     | LengthIs
@@ -380,6 +391,7 @@ Statement = (
     | Audience
     | Search
     | Require
+    | Pin
 )
 
 
@@ -412,6 +424,9 @@ def children(node: Node) -> Iterator[Node]:
             yield from (a.value for a in arguments)
         case Append(script=script, turn=turn):
             yield script
+            yield from (part.place for part in turn if isinstance(part, Fall))
+        case Pin(turn=turn):
+            yield from (e for e in (node.first, node.last, node.condition) if e is not None)
             yield from (part.place for part in turn if isinstance(part, Fall))
         case _:
             for name in _field_names(node.__class__):

@@ -216,11 +216,18 @@ STATEMENTS: tuple[Word, ...] = (
         "what must hold in the finished script, before any objective counts; several add up",
         "require eventually [at(robot, pink)]",
     ),
+    Word(
+        "pin",
+        "pin script[k]: CONDITION, pin script[k] = [who: action, ...]",
+        "how a frame must be (or the frames `script[a..b]`), what is seen in it or done; the rest "
+        "is solved around it; several add up",
+        "pin script[4]: at(robot, pink)",
+    ),
 )
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
-_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require")
+_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require", "pin")
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 

@@ -23,6 +23,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
+from i2pdsl.language.pins import read_pins
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env
 from i2pdsl.language.settings import LONGEST_STORY
@@ -205,6 +206,7 @@ class _Checker:
         weights = self.weights()
         typed = tuple(o for o in map(self.objective, objectives) if o is not None)
         requirements = tuple(map(self.requirement, self.program.of(ast.Require)))
+        pins = read_pins(self.program.of(ast.Pin), self.elaborator, self.env, allow)
         plan = self.settings.search(search)
         check_unused(self.program, self.module, self.elaborator, self.problems.append)
         return TypedStory(
@@ -223,6 +225,7 @@ class _Checker:
             search=plan,
             module=self.module,
             requirements=tuple(r for r in requirements if r is not None),
+            pins=pins,
         )
 
     def vocabulary(self, world: ast.World) -> Vocabulary | None:

@@ -92,7 +92,11 @@ class Frames(Predicates):
         return Item("script", ())
 
     def on_append(self, node: ast.Append, env: Env) -> Item:
-        turns, turn = self.both(lambda: self.script(node.script, env), lambda: self.turn(node, env))
+        turns, turn = self.both(
+            lambda: self.script(node.script, env), lambda: self.turn(node.turn, env)
+        )
+        if isinstance(turn, tuple):
+            self.check_whole(turn, node.turn, env)
         return Item("script", (*turns, turn))
 
     def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
@@ -104,30 +108,38 @@ class Frames(Predicates):
             )
         return item.value
 
-    def turn(self, node: ast.Append, env: Env) -> ty.Turn:
+    def turn(
+        self, turn: tuple[ast.Move | ast.Fall, ...], env: Env
+    ) -> tuple[ty.Act | None, ...] | ty.Drop:
+        """What is done in a frame, None for who is not named."""
         if not self.world.enumerable:
-            span = node.turn[0].span.to(node.turn[-1].span)
-            message = "turns can be appended where actions have names; this world's are continuous"
+            span = turn[0].span.to(turn[-1].span)
+            message = "turns can be given where actions have names; this world's are continuous"
             raise self.fail("world", message, span, env)
-        falls = [m for m in node.turn if isinstance(m, ast.Fall)]
+        falls = [m for m in turn if isinstance(m, ast.Fall)]
         if falls:
-            if len(node.turn) > 1:
+            if len(turn) > 1:
                 message = "an event has its frame for itself, nobody acts in it"
-                hint = "append two turns: `script ++ [...] ++ [...]`"
-                raise self.fail("turn", message, node.turn[1].span, env, hint)
+                hint = "it is a turn of its own: `script ++ [...] ++ [...]`"
+                raise self.fail("turn", message, turn[1].span, env, hint)
             return self.fall(falls[0], env)
-        moves = [m for m in node.turn if isinstance(m, ast.Move)]
+        moves = [m for m in turn if isinstance(m, ast.Move)]
         acts: dict[str, ty.Act] = {}
         for name, act, move in self.each([lambda m=m: self.act(m, env) for m in moves]):  # type: ignore[misc]
             if name in acts:
                 raise self.fail("turn", f"`{name}` acts twice in this turn", move.span, env)
             acts[name] = act
-        missing = [c for c in self.world.characters if c not in acts]
+        return tuple(map(acts.get, self.world.characters))
+
+    def check_whole(
+        self, acts: Sequence[ty.Act | None], turn: tuple[ast.Move | ast.Fall, ...], env: Env
+    ) -> None:
+        """Refuses a turn in which it is not said what everybody does."""
+        missing = [c for c, act in zip(self.world.characters, acts, strict=True) if act is None]
         if missing:
-            span = node.turn[0].span.to(node.turn[-1].span)
             message = f"the turn does not say what {' and '.join(missing)} does"
+            span = turn[0].span.to(turn[-1].span)
             raise self.fail("turn", message, span, env, f"add `{missing[0]}: stay`")
-        return tuple(acts[c] for c in self.world.characters)
 
     def act(self, move: ast.Move, env: Env) -> tuple[str, ty.Act, ast.Move]:
         def action() -> int:

@@ -40,6 +40,17 @@ class Requirement:
 
 
 @dataclass(frozen=True)
+class Pin(Requirement):
+    """How a frame must be: `pin script[frame]: CONDITION`, or `... = [TURN]`."""
+
+    frame: int = 0
+
+    def missed(self) -> Diagnostic:
+        message = f"no script was found whose frame {self.frame} is so, and that keeps as many"
+        return Diagnostic("unmet", f"{message} of the others", self.span, severity="warning")
+
+
+@dataclass(frozen=True)
 class SearchPlan:
     """How to look for the script: what is given in `search METHOD(...)`.
 
@@ -84,6 +95,7 @@ class TypedStory:
         assumption: the mask that every belief is conditioned on.
         observers: one, or several whose beliefs are averaged.
         requirements: what must hold before any objective counts.
+        pins: how single frames must be, as much as the requirements.
     """
 
     name: str
@@ -101,6 +113,7 @@ class TypedStory:
     search: SearchPlan
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
+    pins: tuple[Pin, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:

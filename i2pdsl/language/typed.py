@@ -242,6 +242,18 @@ class Feature:
 
 
 @dataclass(frozen=True)
+class Acted:
+    """Whether a frame's turn is this one: of a character with None anything is."""
+
+    turn: tuple[Act | None, ...] | Drop
+    moment: Moment
+
+    @property
+    def axes(self) -> Axes:
+        return self.moment.axes
+
+
+@dataclass(frozen=True)
 class When:
     """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does."""
 
@@ -292,6 +304,7 @@ Typed = (
     | PerHypothesis
     | Belief
     | Feature
+    | Acted
     | When
     | FrameCount
     | Away

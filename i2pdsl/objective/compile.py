@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,11 @@ from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
-from i2pdsl.objective.reach import frames_until
+from i2pdsl.objective.reach import Question, frames_until
 from i2pdsl.worlds.world import World
+
+if TYPE_CHECKING:
+    from i2pdsl.objective.pins import Pins
 
 Array = Any
 Scope = Any
@@ -37,6 +40,7 @@ class Params(NamedTuple):
     suffix_rows: tuple[Array, ...] = ()
     # How far each state is from what a requirement asks for, [S]; see reach.py.
     reach: tuple[Array, ...] = ()
+    pins: Pins | None = None  # of pinned frames; see pins.py
 
 
 @dataclass
@@ -224,6 +228,19 @@ class Compiler:
         self.shape.append(f"place{len(argument)},")
         return lambda scope: scope.params.places[number]
 
+    def _acted(self, node: ty.Acted) -> Closure:
+        moment = self.moment(node.moment)
+        self.shape.append(str(node.turn))
+
+        def value(scope: Scope) -> Array:
+            view = moment(scope)
+            assert view.frame is not None  # a frame counts from 1
+            before, action = view.frame.before, view.frame.action
+            done = scope.world.is_turn(scope.tables, before, action, node.turn)
+            return _where_exists(scope, view.exists, done * 1.0)
+
+        return value
+
     def _when(self, node: ty.When) -> Closure:
         """last + 1 minus the greatest of last + 1 - t over the frames in which it holds."""
         left = ty.TimeTable(1, tuple(float(node.last + 1 - t) for t in range(1, node.last + 1)))
@@ -244,23 +261,35 @@ class Compiler:
 
     def _reach(self, away: ty.Away) -> np.ndarray:
         """How many frames it takes from each state, [S]."""
-        inner, world = Compiler(self.world, 0), self.world
-        closure = inner.build(away.body)
-        params = inner.params()
-        known = world.vocabulary.predicates
-        features = [n for n in ty.walk(away.body) if isinstance(n, ty.Feature)]
-
-        def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
-            found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
-            return found
-
-        of_states = not any(known[f.predicate].needs_action for f in features)
-        return frames_until(world, away.events, asked, of_states)
+        of_states = is_of_states(self.world, away.body)
+        return frames_until(self.world, away.events, asked_of(self.world, away.body), of_states)
 
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
         self.shape.append(f"{node.kind}{node.first}..{node.last}")
         return self.on_reduction(node)
+
+
+def asked_of(world: World, condition: ty.Typed) -> Question:
+    """A condition on what is seen in a frame, to be asked of any frames side by side."""
+    compiler = Compiler(world, 0)
+    closure = compiler.build(condition)
+    params = compiler.params()
+
+    def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
+        found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
+        return found
+
+    return asked
+
+
+def is_of_states(world: World, condition: ty.Typed) -> bool:
+    """Whether it depends on the state at the end of a frame alone."""
+    known = world.vocabulary.predicates
+    return not any(
+        isinstance(n, ty.Acted) or (isinstance(n, ty.Feature) and known[n.predicate].needs_action)
+        for n in ty.walk(condition)
+    )
 
 
 class _QuantityScope:

@@ -24,6 +24,8 @@ from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_hist
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
+from i2pdsl.objective.pins import Pins, broken, still_to_break
+from i2pdsl.objective.requirements import VIOLATION
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -70,12 +72,14 @@ def compile_objective(
     length: int,
     terms: list[tuple[float, ty.Typed]],
     weights: Weights,
+    pins: Pins | None = None,
 ) -> Objective:
     """Compiles weighted expressions to init, step and score.
 
     Args:
         terms: (weight, expression); the automatic rationality term is one of them.
         weights: of the automatic terms that look at frames (film.py).
+        pins: each frame that is not as it is pinned costs VIOLATION.
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
@@ -90,15 +94,15 @@ def compile_objective(
     if weights.sees_frames:
         seen = _Seen(len(compiler.numbers), len(world.weak_chances))
         compiler.numbers.extend((*weights, *world.weak_chances))
-    compiler.shape.append(str(seen))
+    compiler.shape += [str(seen), "" if pins is None else "pinned"]
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, history, length, seen),
+        init=_init(world, sums, history, length, seen, pins is not None),
         step=_step(world, sums, history, length, seen),
         score=value(held=False),
         promise=value(held=True),
-        params=compiler.params(),
+        params=compiler.params()._replace(pins=pins),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
@@ -239,10 +243,11 @@ class _Carry(NamedTuple):
     film: Film | None
     first_state: Array
     frames: Frame | None  # [T + 1, ...], frame 0 is the start
+    broken: Array | None = None  # pins so far
 
 
 def _init(
-    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
+    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None, pinned: bool
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
         prior = world.log_prior(tables)
@@ -267,6 +272,7 @@ def _init(
             None if seen is None else no_film(xp, seen.weak, prior.dtype),
             state,
             frames,
+            xp.zeros((), dtype=xp.int32) if pinned else None,
         )
 
     return init
@@ -308,6 +314,7 @@ def _step(
             sums=xp.stack(values) if values else carry.sums,
             film=film,
             frames=frames,
+            broken=None if params.pins is None else carry.broken + broken(params.pins, frame),
         )
 
     return step
@@ -352,6 +359,9 @@ def _score(
         if seen is not None:
             assert carry.film is not None
             total = total + weighed(seen.weights(params), costs(seen.chances(params), carry.film))
+        if params.pins is not None:
+            ahead = still_to_break(params.pins, last.number, last.state)
+            total = total - VIOLATION * (carry.broken + ahead)
         return total
 
     return score

@@ -10,6 +10,7 @@ from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.film import costs, film_of, weighed
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.pins import pinned
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.requirements import violations
 from i2pdsl.worlds.world import World
@@ -34,7 +35,7 @@ def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
 def story_objective(story: TypedStory, world: World) -> Objective:
     """The compiled objective of a story, automatic terms and broken requirements included."""
     terms = all_terms(story) + violations(story, world)
-    return compile_objective(world, story.length, terms, story.weights)
+    return compile_objective(world, story.length, terms, story.weights, pinned(story, world))
 
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:

@@ -13,7 +13,7 @@ from i2pdsl.worlds.record import Trajectory
 
 SCORED = (  # what a script's objective depends on
     *("world", "settings", "length", "objective", "weights", "assumption", "observers"),
-    "requirements",
+    *("requirements", "pins"),
 )
 SEARCHED = (*SCORED, "start", "allow", "search")  # and what a search does
 

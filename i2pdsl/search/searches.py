@@ -105,7 +105,8 @@ class Descend(Search):
 
             began = time.perf_counter()
             given = (task.world, objective, task.story.length, task.story.search, seed)
-            found = descend(*given, watch.searching, watch.say, start=task.starts[0])
+            told = {"start": task.starts[0], "kept": task.kept}
+            found = descend(*given, watch.searching, watch.say, **told)
         watch.add("search", began, found.compile_seconds)
         paths = [
             Trajectory(actions.astype(float), states.astype(float))
