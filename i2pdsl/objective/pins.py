@@ -78,10 +78,9 @@ def pinned(story: TypedStory, world: World) -> Pins | None:
         settled = not mine and np.array_equal(before, later)
         later = before
     rows[3, 0] = tables[3].row(later)
-    stacked = [table.stacked() for table in tables]
-    if len(tables[2].rows) == 1:
-        stacked[2] = None
-    return Pins(rows, *stacked)
+    of_states, of_actions, of_turns, of_later = (table.stacked() for table in tables)
+    needs_turns = len(tables[2].rows) > 1
+    return Pins(rows, of_states, of_actions, of_turns if needs_turns else None, of_later)
 
 
 _KINDS = ("states", "actions", "turns")

@@ -9,7 +9,7 @@ can no longer prevent, its prefix reaches further than its changes do: for some 
 controller acts alone (`lookahead`), and these frames count too.
 
 Frames of another script can be kept. Those from the first on are simply what a search goes on from.
-Of later ones what is done is fixed: these changes have no gradient. The states that they begin from
+Of later ones what is done is fixed: it has no gradient. The states that they begin from
 cannot be, since they follow from what is done before; how far bodies are from where they were costs
 `APART` a unit, so a descent leads there as well as it can.
 """
@@ -56,12 +56,13 @@ class _Kept(NamedTuple):
     """Frames that are kept, of N frames and one more (the start), padded.
 
     Attributes:
-        fixed: [N] whether what is done in the frame after each is kept.
+        fixed: [N] whether what is done in the frame after each is kept, and `actions` [N, m] it.
         wanted: [N] whether the positions after each are.
         positions: [N, n] the positions.
     """
 
     fixed: Array
+    actions: Array
     wanted: Array
     positions: Array
 
@@ -114,13 +115,12 @@ def descend(
         so_far: a script to go on from, instead of the first state; it is part of what is returned.
         frames: how many to add to it; without it, all that are missing.
         start: the first state, unless there is a script; usually the first that there is.
-        kept: frames of a script to keep; with them, there is no `so_far`.
+        kept: frames of a script to keep; instead of `so_far`.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where the
     plan needs too much memory.
     """
-    if kept is not None:
-        so_far = _prefix(kept) or empty(world, kept.path.start)
+    so_far = so_far or (None if kept is None else _prefix(kept))
     ready = prepare_descent(world, objective, length, plan, say, so_far, start, kept)
     window, stride = ready.window.length, ready.window.stride
     done = 0 if so_far is None else len(so_far.actions)
@@ -129,9 +129,6 @@ def descend(
     begun = so_far or empty(world, _first(world, start))
     guesses = world.guesses(length + window, plan.seeds, plan.noise, seed, begun.states[-1])
     changes = guesses.astype(np.float32)
-    if kept is not None:
-        for frame in (f for f in kept.frames if f > done):
-            changes[:, frame - done - 1] = kept.path.actions[frame - 1]
     nodes, guess = ready.nodes, changes[:, :window]
     fixed = (ready.tables, ready.params, ready.knobs, ready.kept)
     actions = [np.repeat(begun.actions[None].astype(np.float32), plan.seeds, axis=0)]
@@ -143,9 +140,9 @@ def descend(
             improved = ready.program.run(*fixed, nodes, guess)
             nodes, better, more, bad = jax.device_get(improved)
             first = number * stride
-            kept = min(end - done - first, window) if number == windows - 1 else stride
+            stays = min(end - done - first, window) if number == windows - 1 else stride
             # Both at once: an interrupt finds as many actions as states.
-            actions, states = [*actions, better[:, :kept]], [*states, more[:, :kept]]
+            actions, states = [*actions, better[:, :stays]], [*states, more[:, :stays]]
             fresh = changes[:, first + window : first + window + stride]
             guess = np.concatenate([better[:, stride:], fresh], axis=1)
             spoilt += int(bad.sum())
@@ -227,13 +224,13 @@ def prepare_descent(
     rules = world.program_key(())
     key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
-    to_keep = None if kept is None else _to_keep(kept, length + window)
-    key += () if kept is None else ("kept",)
+    to_keep = None if kept is None else _to_keep(kept, length + seen)
     arguments = (tables, params, knobs, to_keep, nodes, guess)
     work = plan.seeds * seen * plan.steps * (1 + max(0, length - window) // stride)
     brief = work < BRIEF_FRAMES
     program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say, brief)
-    return Descent(program, tables, params, knobs, to_keep, nodes, shape, time.perf_counter() - began)
+    spent = time.perf_counter() - began
+    return Descent(program, tables, params, knobs, to_keep, nodes, shape, spent)
 
 
 def _prefix(kept: Kept) -> Trajectory | None:
@@ -247,12 +244,14 @@ def _prefix(kept: Kept) -> Trajectory | None:
 def _to_keep(kept: Kept, size: int) -> _Kept:
     states = kept.path.states
     fixed, wanted = np.zeros(size, bool), np.zeros(size, bool)
+    actions = np.zeros((size, kept.path.actions.shape[1]), np.float32)
     positions = np.zeros((size, states.shape[1] // 2), np.float32)
     for frame in kept.frames:
+        actions[frame - 1] = kept.path.actions[frame - 1]
         fixed[frame - 1] = wanted[frame - 1] = wanted[frame] = True
         for number in (frame - 1, frame):
             positions[number] = _positions(states[number])
-    return _Kept(fixed, wanted, positions)
+    return _Kept(fixed, actions, wanted, positions)
 
 
 def _positions(state: Array) -> Array:
@@ -363,13 +362,19 @@ def _improve(
         away = jnp.abs(_positions(states) - kept.positions[near]).mean(-1)
         return APART * jnp.where(kept.wanted[near] & (numbers <= length), away, 0.0).sum()
 
+    def with_kept(first: Array, changes: Array) -> Array:
+        """What is done from a frame on, where some of it is kept."""
+        if kept is None:
+            return changes
+        at = first + jnp.arange(changes.shape[0])
+        return jnp.where(kept.fixed[at][:, None], kept.actions[at], changes)
+
     alone = jnp.zeros((window.lookahead, *world.action_shape), changes.dtype)
+    alone = with_kept(node.number + window.length, alone)
+    changes = with_kept(node.number, changes)
 
     def loss(changes: Array) -> tuple[Array, tuple[Node, Array]]:
-        if kept is not None:
-            fixed = kept.fixed[node.number + jnp.arange(window.length)][:, None]
-            changes = jnp.where(fixed, jax.lax.stop_gradient(changes), changes)
-        both = jnp.concatenate([changes, alone])
+        both = jnp.concatenate([with_kept(node.number, changes), alone])
         (end, last, middle), states = jax.lax.scan(frame, (node, nothing, node), both)
         total = missed(node.number, states) - objective.score(tables, params, end.carry, last)
         return total, (middle, states)

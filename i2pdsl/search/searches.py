@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 RESCORED_FRAMES = 20_000  # of all of them together, if they are long
 
+NEAR = 0.05  # units: bodies so far from where a kept frame has them are where they were
+
 USUAL_PLACES = SearchPlan().starts * SearchPlan().width
 USUAL_LENGTH = 15  # frames; the searches of shorter stories take less time, and may look longer
 
@@ -101,7 +103,7 @@ class Descend(Search):
     def solve(self, task: Task, seed: int, count: int) -> Found:
         watch, objective = task.watch, task.objective
         with task.searching():
-            from i2pdsl.search.descent import descend
+            from i2pdsl.search.descent import apart, descend
 
             began = time.perf_counter()
             given = (task.world, objective, task.story.length, task.story.search, seed)
@@ -112,6 +114,11 @@ class Descend(Search):
             Trajectory(actions.astype(float), states.astype(float))
             for actions, states in zip(found.actions, found.states, strict=True)
         ]
+        if task.kept is not None:
+            away = apart(task.kept, found.states)
+            paths = [paths[i] for i in np.flatnonzero(away <= NEAR + away.min())]
+            if watch.say is not None and away.min() > NEAR:
+                watch.say(f"in kept frames bodies are up to {away.min():.2g} units elsewhere")
         return Found(paths, found.finished)
 
     def onward(self, task: Task, path: Trajectory, frames: int) -> list[tuple[Trajectory, float]]:

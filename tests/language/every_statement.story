@@ -26,3 +26,5 @@ search beam(starts = 100, width = 2)
 require never [moved(robot)] and when [moved(cheese)] < 3
 require [moved(cheese)] before [adjacent(robot, cheese)]
 require eventually [moved(cheese)]
+pin script[4] = [robot: south]
+pin script[8..T]: at(robot, pink) and moved(cheese)
