@@ -152,7 +152,9 @@ class _Table:
 
     def stacked(self) -> np.ndarray:
         """All rows [n, ...], with room for more, so that some pins more need no other program."""
-        found = np.zeros((padded_size(len(self.rows), 4), *self.size), np.int32)
+        found = np.zeros(
+            (padded_size(len(self.rows), 16 if len(self.size) == 1 else 4), *self.size), np.int32
+        )
         for number, row in enumerate(self.rows.values()):
             found[number] = row
         return found

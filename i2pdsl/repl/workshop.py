@@ -78,7 +78,7 @@ class Workshop:
         if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
-        return replace(state, path=None, score=None, is_owed=False), (gone,)
+        return replace(state, path=None, score=None, is_owed=False, kept=None), (gone,)
 
     # Files.
 
