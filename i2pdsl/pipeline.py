@@ -14,7 +14,7 @@ from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.wishes import Wish, doubts
-from i2pdsl.results import Choice, Result, chosen
+from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
 from i2pdsl.scripts import Answer, Script, script_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
@@ -185,7 +185,12 @@ class Story(Shown):
             hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
             problem = error("search", message, whole_file(self.typed.source.name), hint)
             raise self.typed.placed(problem, ast.Search)
-        scripts, judgements, finished = chosen(task, search, seed, candidates, choose)
+        given = (search, seed, candidates, choose)
+        if self.typed.lengths:
+            tasks = [replace(task, story=story) for story in self.typed.lengths]
+            scripts, judgements, finished = chosen_of_lengths(tasks, *given)
+        else:
+            scripts, judgements, finished = chosen(task, *given)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
 
     def wishes(
@@ -199,7 +204,9 @@ class Story(Shown):
         """
         looks = not naive and self.typed.search.method != "naive"
         search = search_of(self.typed) if looks else None
-        return wishes_of(self.task(watch), search, script.frames, seed)
+        task = self.task(watch)
+        task = replace(task, story=self.typed.of_length(script.length))
+        return wishes_of(task, search, script.frames, seed)
 
     def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
         """Warnings about what viewers are brought to believe by a script of this story."""
@@ -207,4 +214,4 @@ class Story(Shown):
 
     def __repr__(self) -> str:
         told = self.typed
-        return f"<Story {told.name}: world {told.world}, {told.length} frames>"
+        return f"<Story {told.name}: world {told.world}, {told.frames}>"

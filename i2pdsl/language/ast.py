@@ -277,7 +277,15 @@ class World(Node):
 
 @dataclass(frozen=True, slots=True)
 class LengthIs(Node):
+    """`length frames`, or `length frames..most`, of which the search chooses."""
+
     frames: Expr
+    most: Expr | None = None
+
+    @property
+    def value(self) -> Span:
+        """Where the number stands, or both."""
+        return self.frames.span if self.most is None else self.frames.span.to(self.most.span)
 
 
 @dataclass(frozen=True, slots=True)

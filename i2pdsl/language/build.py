@@ -51,7 +51,8 @@ class Builder:
             case "world":
                 return ast.World(span, self.target(rest), self.settings(parts[2]))
             case "length":
-                return ast.LengthIs(span, self.expression(rest))
+                most = self.expression(parts[3]) if parts[3] is not None else None
+                return ast.LengthIs(span, self.expression(rest), most)
             case "start":
                 return ast.Start(span, self.expression(rest))
             case "allow":

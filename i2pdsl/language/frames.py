@@ -43,7 +43,20 @@ class Frames(Predicates):
             message = f"the script has {_frames(longest)}, this goes to {times[-1]}"
             raise self.fail("range", message, span, env)
         body = self.folded(body, times, node, inner)
-        return Item("number", ty.Reduction(node.kind, times[0], times[-1], body))
+        total: ty.Typed = ty.Reduction(node.kind, times[0], times[-1], body)
+        if node.kind == "sum" and self.weight is not None and self.grows(node, times, env):
+            total = ty.Apply("multiply", (ty.Constant(self.weight), total))
+        return Item("number", total)
+
+    def grows(self, node: ast.Reduction, times: range, env: Env) -> bool:
+        """Whether a sum covers other frames where the story is longer."""
+        if node.first is None:
+            return True
+        self.length += 1
+        try:
+            return self.summed_frames(node, env) != times
+        finally:
+            self.length -= 1
 
     def summed_frames(self, node: ast.Reduction, env: Env) -> range:
         """The frames that a sum covers; one short of its beginning it is empty."""

@@ -17,6 +17,7 @@ from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "average")
 LONGEST_STORY = 100_000
+MOST_LENGTHS = 24  # that a search chooses from: each is searched
 
 
 def _whole(name: str, default: float, about: str, low: int, high: int) -> Setting:

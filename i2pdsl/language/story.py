@@ -96,6 +96,9 @@ class TypedStory:
         observers: one, or several whose beliefs are averaged.
         requirements: what must hold before any objective counts.
         pins: how single frames must be, as much as the requirements.
+        lengths: where the search chooses the length, the story of each, from the shortest to this
+            one, which is the longest. Their sums over t count as if they had as many frames.
+        longest: of such a story the greatest length, else 0.
     """
 
     name: str
@@ -114,7 +117,24 @@ class TypedStory:
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
     pins: tuple[Pin, ...] = ()
+    lengths: tuple[TypedStory, ...] = field(default=(), compare=False)
+    longest: int = 0
     warnings: tuple[Diagnostic, ...] = ()
+
+    @property
+    def room(self) -> int:
+        """The frames that its program has: the greatest length of a story of several."""
+        return self.longest or self.length
+
+    @property
+    def frames(self) -> str:
+        """How many there are, in words."""
+        shortest = f"{self.lengths[0].length} to " if self.lengths else ""
+        return f"{shortest}{self.length} frames"
+
+    def of_length(self, length: int) -> TypedStory:
+        """The story of a script with so many frames, where the search chooses how many."""
+        return next((each for each in self.lengths if each.length == length), self)
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
         """What is wrong with a world or a search, said at the story's statement."""

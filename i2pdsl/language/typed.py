@@ -255,17 +255,22 @@ class Acted:
 
 @dataclass(frozen=True)
 class When:
-    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does."""
+    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does.
+
+    The number is told less `before`, the frames before the story begins (objective/late.py).
+    """
 
     body: Typed
     last: int
+    before: int = 0
     axes = NO_AXES
 
 
 @dataclass(frozen=True)
 class FrameCount:
-    """How many frames there are so far."""
+    """How many frames there are so far, less `before` (objective/late.py)."""
 
+    before: int | None = None
     axes = NO_AXES
 
 

@@ -41,6 +41,7 @@ class Params(NamedTuple):
     # How far each state is from what a requirement asks for, [S]; see reach.py.
     reach: tuple[Array, ...] = ()
     pins: Pins | None = None  # of pinned frames; see pins.py
+    before: Array | None = None  # frames before the story begins; see late.py
 
 
 @dataclass
@@ -247,10 +248,13 @@ class Compiler:
         ahead = ty.Apply("choose", (node.body, left, ty.Constant(0.0)))
         greatest = ty.Reduction("max", 1, node.last, ahead)
         less = ty.Apply("negate", (greatest,))
-        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), less)))
+        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0 - node.before), less)))
 
     def _framecount(self, node: ty.FrameCount) -> Closure:
-        return lambda scope: scope.count
+        if node.before is None:
+            return lambda scope: scope.count
+        before = self.build(ty.Constant(float(node.before)))
+        return lambda scope: scope.count - before(scope)
 
     def _away(self, node: ty.Away) -> Closure:
         if node not in self.aways:
@@ -347,6 +351,8 @@ def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction], Closure]
             )
             terms = xp.broadcast_to(body(inner), times.shape)
             taken = (times <= scope.count) | (times > scope.length)
+            if scope.params.before is not None and node.first <= 1:
+                taken &= times > scope.params.before
             return _reduce(xp, node.kind, terms, taken)
 
         return value

@@ -73,6 +73,7 @@ def compile_objective(
     terms: list[tuple[float, ty.Typed]],
     weights: Weights,
     pins: Pins | None = None,
+    before: int | None = None,
 ) -> Objective:
     """Compiles weighted expressions to init, step and score.
 
@@ -80,6 +81,7 @@ def compile_objective(
         terms: (weight, expression); the automatic rationality term is one of them.
         weights: of the automatic terms that look at frames (film.py).
         pins: each frame that is not as it is pinned costs VIOLATION.
+        before: frames before the story begins, where others of its kind begin earlier (late.py).
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
@@ -94,7 +96,11 @@ def compile_objective(
     if weights.sees_frames:
         seen = _Seen(len(compiler.numbers), len(world.weak_chances))
         compiler.numbers.extend((*weights, *world.weak_chances))
-    compiler.shape += [str(seen), "" if pins is None else "pinned"]
+    compiler.shape += [
+        str(seen),
+        "" if pins is None else "pinned",
+        "" if before is None else "late",
+    ]
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
@@ -102,7 +108,9 @@ def compile_objective(
         step=_step(world, sums, history, length, seen),
         score=value(held=False),
         promise=value(held=True),
-        params=compiler.params()._replace(pins=pins),
+        params=compiler.params()._replace(
+            pins=pins, before=None if before is None else np.int32(before)
+        ),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
@@ -140,10 +148,11 @@ def looks_ahead(node: object) -> bool:
         case ty.Reduction() | ty.When():
             return True
         case (
-            ty.Apply(arguments=(ty.When(), ty.TimeTable() as table))
-            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When()))
+            ty.Apply(arguments=(ty.When() as when, ty.TimeTable() as table))
+            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When() as when))
         ) if node.operation in COMPARED:
-            return any(value > table.first + i for i, value in enumerate(table.values))
+            first = table.first - when.before
+            return any(value > first + i for i, value in enumerate(table.values) if first + i > 0)
     return any(looks_ahead(child) for child in ty.children(node))
 
 
@@ -193,7 +202,10 @@ def _total(scope: Any, own: _Sum) -> Array:
     count = scope.count
     if scope.held:
         total, count = _joined_held(scope, own, total), scope.length
-    count = xp.clip(count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+    none: Any = node.first - 1  # how many frames there are before the first one
+    if scope.params.before is not None and node.first <= 1:
+        none = scope.params.before
+    count = xp.clip(count, none, min(node.last, scope.length)) - none
     for t in range(max(scope.length + 1, node.first), node.last + 1):
         total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
         count = count + 1
@@ -253,7 +265,8 @@ def _init(
         prior = world.log_prior(tables)
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
-        start = StartScope(world, tables, params, state, xp.zeros((), dtype=xp.int32))
+        zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)
+        start = StartScope(world, tables, params, state, zero_frames)
         values: list[Array] = []
         start.accumulated, start.length = values, length
         for own in sums:

@@ -340,6 +340,6 @@ def told(state: State) -> str:
     """A story and its script in a few words."""
     world = state.typed.world
     if state.is_owed:
-        return f"world {world}, {state.typed.length} frames; solved when it is first asked about"
+        return f"world {world}, {state.typed.frames}; solved when it is first asked about"
     count = 0 if state.path is None else len(state.path.actions)
     return f"world {world}, {count} frame{'s' * (count != 1)}"

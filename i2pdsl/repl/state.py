@@ -12,7 +12,7 @@ from i2pdsl.repl.program import Program
 from i2pdsl.worlds.record import Kept, Trajectory
 
 SCORED = (  # what a script's objective depends on
-    *("world", "settings", "length", "objective", "weights", "assumption", "observers"),
+    *("world", "settings", "frames", "objective", "weights", "assumption", "observers"),
     *("requirements", "pins"),
 )
 SEARCHED = (*SCORED, "start", "allow", "search")  # and what a search does

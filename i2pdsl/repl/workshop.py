@@ -324,7 +324,7 @@ def first_picture(world: World, story: Story) -> Trajectory:
 
 def _script(state: State, world: World, path: Trajectory) -> Script:
     """A script from its path: what viewers believe is computed here."""
-    typed = state.typed
+    typed = state.typed.of_length(len(path.actions))
     frames = replay(world, path.states, path.actions)
     score = state.score
     if score is None and typed.objective and len(path.actions) == typed.length:

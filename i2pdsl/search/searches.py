@@ -34,7 +34,7 @@ class Beam(Search):
     takes_effort = True
 
     def prepare(self, task: Task) -> Program:
-        plan, length = task.story.search, task.story.length
+        plan, length = task.story.search, task.story.room
         with task.searching():
             from i2pdsl.search.beam import prepare_beam
 
@@ -51,13 +51,14 @@ class Beam(Search):
             fresh = draw_more(allowed, starts, task.effort, seed)
             more = More(plan.starts, more_places(task), fresh)
             began = time.perf_counter()
-            given = (task.world, objective, length, starts, plan.width, task.events)
+            given = (task.world, objective, task.story.room, starts, plan.width, task.events)
             found = beam_search(*given, watch.searching, watch.say, more)
         watch.add("search", began, found.compile_seconds)
         kept = max(count, min(RESCORED if count > 1 else 8, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:kept]
         paths = [
-            extended(task.world, empty(task.world, found.starts[i]), found.actions[i]) for i in best
+            extended(task.world, empty(task.world, found.starts[i]), found.actions[i, -length:])
+            for i in best
         ]
         return Found(paths, found.finished)
 
@@ -65,7 +66,7 @@ class Beam(Search):
         with task.searching():
             from i2pdsl.search.onward import continuations
 
-            given = (task.world, task.objective, task.story.length, path, frames, task.events)
+            given = (task.world, task.objective, task.story.room, path, frames, task.events)
             found = continuations(*given, task.watch.say)
         return [(extended(task.world, path, each.actions), each.score) for each in found]
 
