@@ -116,8 +116,8 @@ STATEMENTS: tuple[Word, ...] = (
     ),
     Word(
         "length",
-        "length N",
-        "the number of frames, T: a whole number from 1 to 100,000",
+        "length N, length N..M",
+        "the number of frames, T: a whole number from 1 to 100,000; of several the search chooses",
         "length 15",
     ),
     Word(

@@ -82,6 +82,8 @@ def test_a_story_that_begins_late_is_the_same_story(asked: str) -> None:
     for each in typed.lengths:
         late = story_objective(each, world())
         shapes.add(late.shape)
+        if late.keeps_history and each.length != 3:
+            continue  # JAX is slow where nothing is compiled
         on_time = story_objective(replace(each, longest=0), world())
         for _ in range(1 if late.keeps_history else 4):
             actions = generator.integers(5, size=each.length)
