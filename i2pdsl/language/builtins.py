@@ -45,6 +45,13 @@ FUNCTIONS: dict[str, Function] = {
             (2, 999),
         ),
         Function(
+            "beats",
+            "beats(a, b, ...)",
+            "experiences in order, each a sum over t; the search chooses where each of them ends",
+            "beats(depict(rho > 0), depict(rho < 0))",
+            (2, 9),
+        ),
+        Function(
             "others",
             "others(event, ...)",
             "all latents but those that the events are about, where a latent stands",

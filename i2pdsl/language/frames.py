@@ -58,6 +58,42 @@ class Frames(Predicates):
         finally:
             self.length -= 1
 
+    def beats(self, node: ast.Call, env: Env) -> Item:
+        """Sums over t that take turns: none has fewer frames than half of an equal share."""
+        self.check_arity(node, env)
+        if env.inside or env.sum_span is not None:
+            place = INSIDE[env.inside] if env.inside else "a sum over t"
+            raise self.fail("nested-sum", f"beats cannot stand inside {place}", node.span, env)
+        count = len(node.arguments)
+        if self.length < count:
+            message = f"{count} beats need {count} frames, the story has {self.length}"
+            raise self.fail("range", message, node.span, env)
+        values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
+        parts = self.each(
+            [
+                lambda a=a, v=v: self.of_a_frame(v, a.value, env)  # type: ignore[misc]
+                for a, v in zip(node.arguments, values, strict=True)
+            ]
+        )
+        least = max(1, self.length // (2 * count))
+        return Item("number", ty.Beats(tuple(parts), least, self.length))
+
+    def of_a_frame(self, value: ty.Typed, node: ast.Expr, env: Env) -> ty.Typed:
+        """What a sum over all frames adds up, of sums that are added and scaled too."""
+        match value:
+            case ty.Reduction(kind="sum", first=1, last=self.length):
+                return value.body
+            case ty.Apply(operation="add" | "negate", arguments=arguments):
+                each = tuple(self.of_a_frame(a, node, env) for a in arguments)
+                return replace(value, arguments=each)
+            case ty.Apply(operation="multiply" | "divide", arguments=(one, other)):
+                if is_pure(other):
+                    return replace(value, arguments=(self.of_a_frame(one, node, env), other))
+                if is_pure(one) and value.operation == "multiply":
+                    return replace(value, arguments=(one, self.of_a_frame(other, node, env)))
+        message = "a beat is a sum over all t, which this is not"
+        raise self.blame("type", message, node, env, "`beats(depict(A), sum_t ...)`")
+
     def summed_frames(self, node: ast.Reduction, env: Env) -> range:
         """The frames that a sum covers; one short of its beginning it is empty."""
         if node.first is None or node.last is None:

@@ -297,6 +297,17 @@ class Reduction:
     axes = NO_AXES
 
 
+@dataclass(frozen=True)
+class Beats:
+    """The greatest sum over t = 1..last of one of `parts` at a time, each in its turn: the first
+    for some frames, then the second, and so on, none for fewer than `least`."""
+
+    parts: tuple[Typed, ...]
+    least: int
+    last: int
+    axes = NO_AXES
+
+
 Typed = (
     Constant
     | TimeIndex
@@ -314,6 +325,7 @@ Typed = (
     | FrameCount
     | Away
     | Reduction
+    | Beats
 )
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
@@ -58,7 +59,7 @@ class Compiler:
     places: list[tuple[int, ...] | np.ndarray] = field(default_factory=list)
     aways: list[ty.Away] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
-    on_reduction: Callable[[ty.Reduction], Closure] | None = None
+    on_reduction: Callable[[ty.Reduction | ty.Beats], Closure] | None = None
 
     def params(self) -> Params:
         """The parameters so far, as NumPy arrays of doubles."""
@@ -268,6 +269,11 @@ class Compiler:
         of_states = is_of_states(self.world, away.body)
         return frames_until(self.world, away.events, asked_of(self.world, away.body), of_states)
 
+    def _beats(self, node: ty.Beats) -> Closure:
+        assert self.on_reduction is not None
+        self.shape.append(f"beats{node.least},{node.last}")
+        return self.on_reduction(node)
+
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
         self.shape.append(f"{node.kind}{node.first}..{node.last}")
@@ -331,25 +337,37 @@ def evaluate_all(
     return closure(scope)
 
 
-def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction], Closure]:
+def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction | ty.Beats], Closure]:
     """How a query takes its sums: over all frames that exist, with t as an axis."""
 
-    def on_reduction(node: ty.Reduction) -> Closure:
+    def within(scope: HistoryScope, times: Array) -> HistoryScope:
+        given = (scope.world, scope.tables, scope.params, scope.histories)
+        return HistoryScope(*given, scope.count, scope.length, times)
+
+    def on_beats(node: ty.Beats) -> Closure:
+        parts = [compiler.build(part) for part in node.parts]
+
+        def value(scope: HistoryScope) -> Array:
+            times = scope.xp.arange(1, node.last + 1)
+            terms = terms_of(parts, within(scope, times), times)
+            taken = times <= scope.count
+            if scope.params.before is not None:
+                taken &= times > scope.params.before
+            cells = begun(scope.xp, len(parts), node.least, terms.dtype)
+            cells = through(cells, terms, taken, node.least)
+            return best(cells, node.last - scope.count, node.least)
+
+        return value
+
+    def on_reduction(node: ty.Reduction | ty.Beats) -> Closure:
+        if isinstance(node, ty.Beats):
+            return on_beats(node)
         body = compiler.build(node.body)
 
         def value(scope: HistoryScope) -> Array:
             xp = scope.xp
             times = xp.arange(node.first, node.last + 1)
-            inner = HistoryScope(
-                scope.world,
-                scope.tables,
-                scope.params,
-                scope.histories,
-                scope.count,
-                scope.length,
-                times,
-            )
-            terms = xp.broadcast_to(body(inner), times.shape)
+            terms = xp.broadcast_to(body(within(scope, times)), times.shape)
             taken = (times <= scope.count) | (times > scope.length)
             if scope.params.before is not None and node.first <= 1:
                 taken &= times > scope.params.before
@@ -358,6 +376,12 @@ def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction], Closure]
         return value
 
     return on_reduction
+
+
+def terms_of(parts: list[Closure], scope: Scope, times: Array) -> Array:
+    """What each of `times` [T] is worth in each part, [T, n]."""
+    xp = scope.xp
+    return xp.stack([xp.broadcast_to(part(scope), times.shape) for part in parts], axis=-1)
 
 
 def _reduce(xp: Any, kind: str, terms: Array, taken: Array) -> Array:

@@ -20,7 +20,8 @@ from i2pdsl.language.evaluate import COMPARISONS
 from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
+from i2pdsl.objective.beats import begun, best, further, through
+from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history, terms_of
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
@@ -85,9 +86,10 @@ def compile_objective(
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
+    beats: list[_Beats] = []
     history = any(_looks_far(node, length) for _, e in terms for node in ty.walk(e))
     compiler.on_reduction = (
-        reduce_over_history(compiler) if history else _incremental(compiler, sums)
+        reduce_over_history(compiler) if history else _incremental(compiler, sums, beats)
     )
     places = [len(compiler.numbers) + i for i in range(len(terms))]
     compiler.numbers.extend(weight for weight, _ in terms)
@@ -104,8 +106,8 @@ def compile_objective(
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, history, length, seen, pins is not None),
-        step=_step(world, sums, history, length, seen),
+        init=_init(world, sums, beats, history, length, seen, pins is not None),
+        step=_step(world, sums, beats, history, length, seen),
         score=value(held=False),
         promise=value(held=True),
         params=compiler.params()._replace(
@@ -130,12 +132,14 @@ def _looks_far(node: object, length: int) -> bool:
             return 0 < node.frames[0] < length
         case ty.Moment():
             return node.offset not in (0, -1)
-        case ty.Reduction():
+        case ty.Reduction() | ty.Beats():
             # A fixed frame inside a sum (the prior excepted) changes terms already taken.
-            moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
-            frames = [m for n in ty.walk(node.body) for m in _asked(n)]
+            bodies = node.parts if isinstance(node, ty.Beats) else (node.body,)
+            nodes = [n for body in bodies for n in ty.walk(body)]
+            moments = [n for n in nodes if isinstance(n, ty.Moment)]
+            frames = [m for n in nodes for m in _asked(n)]
             fixed = any(m.first is None and m.frames[0] != 0 for m in moments)
-            return fixed or any(m.offset != 0 for m in frames) or looks_ahead(node.body)
+            return fixed or any(m.offset != 0 for m in frames) or any(map(looks_ahead, bodies))
     return False
 
 
@@ -177,8 +181,36 @@ class _Sum:
     number: int
 
 
-def _incremental(compiler: Compiler, sums: list[_Sum]) -> Callable[[ty.Reduction], Closure]:
-    def on_reduction(node: ty.Reduction) -> Closure:
+@dataclass(frozen=True)
+class _Beats:
+    """Incremental beats: their terms, and their place in the carry."""
+
+    node: ty.Beats
+    terms: list[Closure]
+    number: int
+
+
+def _incremental(
+    compiler: Compiler, sums: list[_Sum], beats: list[_Beats]
+) -> Callable[[ty.Reduction | ty.Beats], Closure]:
+    def on_beats(node: ty.Beats) -> Closure:
+        own = _Beats(node, [compiler.build(part) for part in node.parts], len(beats))
+        beats.append(own)
+
+        def value(scope: Any) -> Array:
+            cells, left = scope.beats[own.number], node.last - scope.count
+            if scope.held:
+                times = scope.xp.arange(1, node.last + 1)
+                terms = terms_of(own.terms, _held(scope, times), times)
+                cells = through(cells, terms, times > scope.last.number, node.least)
+                left = 0
+            return best(cells, left, node.least)
+
+        return value
+
+    def on_reduction(node: ty.Reduction | ty.Beats) -> Closure:
+        if isinstance(node, ty.Beats):
+            return on_beats(node)
         term = compiler.build(node.body)
         own = _Sum(node, term, len(sums))
         sums.append(own)
@@ -239,13 +271,18 @@ def _joined_held(scope: Any, own: _Sum, total: Array) -> Array:
     times = xp.arange(max(1, node.first), min(node.last, scope.length) + 1)
     if not times.shape[0]:
         return total
-    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
-    held.accumulated, held.length = scope.accumulated, scope.length
-    terms = xp.broadcast_to(own.term(held), times.shape)
+    terms = xp.broadcast_to(own.term(_held(scope, times)), times.shape)
     terms = xp.where(times > scope.last.number, terms, _EMPTY[node.kind])
     whole = {"min": xp.min, "max": xp.max}.get(node.kind, xp.sum)(terms)
     joined: Array = getattr(xp, _JOIN[node.kind])(total, whole)
     return joined
+
+
+def _held(scope: Any, times: Array) -> HeldScope:
+    """The frames that are yet to come, were they like the last one."""
+    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
+    held.accumulated, held.length = scope.accumulated, scope.length
+    return held
 
 
 class _Carry(NamedTuple):
@@ -253,13 +290,20 @@ class _Carry(NamedTuple):
 
     sums: Array  # [n]
     film: Film | None
+    beats: tuple[Array, ...]
     first_state: Array
     frames: Frame | None  # [T + 1, ...], frame 0 is the start
     broken: Array | None = None  # pins so far
 
 
 def _init(
-    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None, pinned: bool
+    world: World,
+    sums: list[_Sum],
+    beats: list[_Beats],
+    history: bool,
+    length: int,
+    seen: _Seen | None,
+    pinned: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
         prior = world.log_prior(tables)
@@ -283,6 +327,7 @@ def _init(
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
             None if seen is None else no_film(xp, seen.weak, prior.dtype),
+            tuple(begun(xp, len(b.terms), b.node.least, prior.dtype) for b in beats),
             state,
             frames,
             xp.zeros((), dtype=xp.int32) if pinned else None,
@@ -300,7 +345,12 @@ def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: i
 
 
 def _step(
-    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
+    world: World,
+    sums: list[_Sum],
+    beats: list[_Beats],
+    history: bool,
+    length: int,
+    seen: _Seen | None,
 ) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
@@ -326,11 +376,20 @@ def _step(
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,
             film=film,
+            beats=tuple(
+                further(carry.beats[b.number], _stacked(xp, b.terms, scope), b.node.least)
+                for b in beats
+            ),
             frames=frames,
             broken=None if params.pins is None else carry.broken + broken(params.pins, frame),
         )
 
     return step
+
+
+def _stacked(xp: Any, terms: list[Closure], scope: StepScope) -> Array:
+    """What the frame at hand is worth in each beat, [n]."""
+    return xp.stack([xp.asarray(term(scope)) for term in terms])
 
 
 def _score(
@@ -365,7 +424,7 @@ def _score(
         else:
             given = (world, tables, params, last, carry.first_state, length, suffixes)
             scope = _FoldScope(*given, held=held)
-            scope.accumulated = carry.sums
+            scope.accumulated, scope.beats = carry.sums, carry.beats
         total = xp.zeros((), dtype=last.belief.dtype)
         for number, value in zip(places, built, strict=True):
             total = total + params.numbers[number] * value(scope)
@@ -384,6 +443,7 @@ class _FoldScope(EndScope):
     """The end of a prefix whose sums were accumulated."""
 
     accumulated: Array
+    beats: tuple[Array, ...]
 
     def at(self, t: int) -> EndScope:
         """The same end, looked at from an appended frame t."""
@@ -398,5 +458,5 @@ class _FoldScope(EndScope):
             t,
             self.held,
         )
-        scope.accumulated = self.accumulated
+        scope.accumulated, scope.beats = self.accumulated, self.beats
         return scope

@@ -49,6 +49,8 @@ def later(node: Any, before: int, shifted: bool = False) -> Any:
             shifts = first > 1
             body = later(node.body, before, shifts)
             return replace(node, first=first + before * shifts, last=last + before, body=body)
+        case ty.Beats(last=last):
+            return replace(node, parts=later(node.parts, before), last=last + before)
         case ty.When(last=last):
             return ty.When(later(node.body, before), last + before, before)
         case ty.FrameCount():

@@ -186,7 +186,7 @@ class _Verdicts:
         lasts = [
             max(n.frames, default=0) if isinstance(n, ty.Moment) else n.last
             for n in ty.walk(node)
-            if isinstance(n, ty.Moment | ty.Reduction | ty.When)
+            if isinstance(n, ty.Moment | ty.Reduction | ty.Beats | ty.When)
         ]
         return min(max(lasts, default=0), self.length)
 

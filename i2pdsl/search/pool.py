@@ -158,7 +158,7 @@ def _repeated(
     belief = jnp.maximum(frames.belief[parent, child], -40.0).reshape(len(parent), -1)
     # One number for a belief: weights without structure tell different ones apart.
     weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898)
-    carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:2])]
+    carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:3])]
     marks = jnp.concatenate([worth[:, None], (belief @ weights)[:, None], *carried], axis=1)
     repeated = jnp.zeros(len(parent), bool)
     for back in (1, 2, 3):

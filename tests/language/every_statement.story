@@ -28,3 +28,4 @@ require [moved(cheese)] before [adjacent(robot, cheese)]
 require eventually [moved(cheese)]
 pin script[4] = [robot: south]
 pin script[8..T]: at(robot, pink) and moved(cheese)
+maximize beats(depict(rho > 0), sum_t P(rho < 0 | script[:t]))
