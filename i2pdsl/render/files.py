@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from i2pdsl.resources import write_text
+
 if TYPE_CHECKING:
     from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
+    from i2pdsl.render.reasons import Account
 
 FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
 EXPORTS = ("sheet", "timeline", "godot")  # what other programs animate with
@@ -44,6 +47,7 @@ class PictureFiles:
     Attributes:
         title: of all pictures.
         wishes: what became of those of the story, for the page.
+        explained: tells why viewers believe what they do, for the page, where that is one script's.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
         look: how its films are made.
@@ -54,6 +58,7 @@ class PictureFiles:
     look: FilmLook = FilmLook()
     can_be_transparent: bool = False
     wishes: Sequence[Wish] = ()
+    explained: Callable[[], Account | None] | None = None
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
 
@@ -70,9 +75,14 @@ class PictureFiles:
         """Writes the curves of belief, if there are any."""
         raise NotImplementedError
 
-    def save_page(self, path: Path) -> Path:
-        """Writes the page."""
+    def page(self) -> str:
+        """The page, as HTML in one piece."""
         raise NotImplementedError
+
+    @property
+    def account(self) -> Account | None:
+        """Why viewers believe what they do."""
+        return None if self.explained is None else self.explained()
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         """Writes the film, as a GIF, MP4 or WebM by the suffix."""
@@ -102,7 +112,9 @@ class PictureFiles:
         if "png" in formats or "svg" in formats:
             yield from self._still(folder, formats, comic)
         if "html" in formats:
-            yield "html", self.save_page(folder / f"{page}.html")
+            path = folder / f"{page}.html"
+            write_text(path, self.page())
+            yield "html", path
         yield from self.exported(folder, formats)
         failed: list[FilmError] = []
         for kind in FILMS:

@@ -168,11 +168,17 @@ class GridPictures(PictureFiles):
 
         return save_mind(path, self.panels, title, marks=self.marks)
 
-    def save_page(self, path: Path) -> Path:
-        from i2pdsl.render.grid.page import save_page
+    @property
+    def clock(self) -> tuple[np.ndarray, np.ndarray]:
+        """How long each frame lasts and how long its end is held, [T] seconds each."""
+        from i2pdsl.render.grid.film import lengths
 
-        return save_page(
-            path,
+        return lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
+
+    def page(self) -> str:
+        from i2pdsl.render.grid.page import page_html
+
+        return page_html(
             self.stage,
             self.document,
             self.film,
@@ -181,19 +187,19 @@ class GridPictures(PictureFiles):
             self.script.record.text,
             marks=self.marks,
             wishes=self.wishes,
+            account=self.account,
+            clock=self.clock,
         )
 
     def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
         from i2pdsl.render.grid import export
-        from i2pdsl.render.grid.film import lengths
 
         if {"sheet", "godot"} & {*formats}:
             for path in export.save_sheet(folder, self.stage):
                 yield path.name, path
         if {"timeline", "godot"} & {*formats}:
-            clock = lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
             told = self.stage, self.document, self.film, self.panels, self.title
-            path = export.save_timeline(folder, export.timeline(*told, *clock))
+            path = export.save_timeline(folder, export.timeline(*told, *self.clock))
             yield path.name, path
         if "godot" in formats:
             path = export.save_player(folder)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -25,12 +24,13 @@ class PlanePictures(PerformancePictures[Performance]):
         one = self.performances[0]
         return comic_svg(one, key_frames(one, KEY_FRAMES), self.title)
 
-    def save_page(self, path: Path) -> Path:
-        from i2pdsl.render.plane.page import save_page
+    def page(self) -> str:
+        from i2pdsl.render.plane.page import page_html
 
-        return save_page(
-            path, self.performances, self.panels, self.title, self.windows, self.wishes
-        )
+        return page_html(
+            self.performances, self.panels, self.title, self.windows, self.wishes, self.account,
+            self.look.pace,
+        )  # fmt: skip
 
     @property
     def seconds(self) -> float:
