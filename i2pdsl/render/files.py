@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from i2pdsl.resources import write_text
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
     from i2pdsl.render.reasons import Account
@@ -22,6 +24,8 @@ KEY_FRAMES = 8
 UNSURE = 0.1  # beliefs closer than this are a tie
 
 Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
+# Of a sprite sheet and of a background: RGBA [height, width, 4], and what is where in it.
+Sprites = tuple[tuple["np.ndarray", dict[str, Any]], tuple["np.ndarray", dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -88,9 +92,27 @@ class PictureFiles:
         """Writes the film, as a GIF, MP4 or WebM by the suffix."""
         raise NotImplementedError
 
+    def sprites(self) -> Sprites:
+        """The cast and the room, for other programs."""
+        raise NotImplementedError
+
+    def timeline(self) -> dict[str, Any]:
+        """The story as data, for other programs."""
+        raise NotImplementedError
+
     def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
         """Writes what other programs animate with, of the formats asked for."""
-        return iter(())
+        from i2pdsl.render import export
+
+        if {"sheet", "godot"} & {*formats} and "sheet" in self.offered:
+            for path in export.save_sheet(folder, *self.sprites()):
+                yield path.name, path
+        if {"timeline", "godot"} & {*formats}:
+            path = export.save_timeline(folder, self.timeline())
+            yield path.name, path
+        if "godot" in formats:
+            path = export.save_player(folder)
+            yield path.name, path
 
     def save(
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None

@@ -32,20 +32,22 @@ def page_html(
     windows: Sequence[Window] = (),
     wishes: Sequence[Wish] = (),
     account: Account | None = None,
-    pace: float = 1.0,
+    clock: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest;
-    `pace` is how many times faster than usual it plays."""
+    `clock` is how long frames last and how long their ends are held; without it, as usual."""
     lasting = max(performances, key=lambda p: p.frames)
     view = view_of(performances)
     several = len(performances) > 1
     captions = _captions(performances)
+    usual = np.full(lasting.frames, lasting.frame_seconds), np.zeros(lasting.frames)
+    seconds, rests = usual if clock is None else clock
     film = Film(
         stage=_stage(performances, view),
         aspect=min(len(performances), 3) * view.width / view.height,
         last=lasting.frames,
-        seconds=[lasting.frame_seconds / pace] * lasting.frames,
-        rests=[0.0] * lasting.frames,
+        seconds=seconds,
+        rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
         script="hill/hill.js",

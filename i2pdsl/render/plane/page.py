@@ -42,22 +42,24 @@ def page_html(
     windows: Sequence[Window] = (),
     wishes: Sequence[Wish] = (),
     account: Account | None = None,
-    pace: float = 1.0,
+    clock: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest;
-    `pace` is how many times faster than usual it plays."""
+    `clock` is how long frames last and how long their ends are held; without it, as usual."""
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
     stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
+    usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
+    seconds, rests = usual if clock is None else clock
     film = Film(
         stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
         aspect=across * stage.width / stage.height,
         last=lasting.frames,
-        seconds=[frame_seconds(performances) / pace] * lasting.frames,
-        rests=[0.0] * lasting.frames,
+        seconds=seconds,
+        rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
         script="plane/plane.js",
