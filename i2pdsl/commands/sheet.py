@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Replace a value.")
 @click.option(
     "--choose",
-    type=click.Choice(["panel", "score"]),
+    type=click.Choice(["panel", "wide", "score"]),
     default="panel",
     help="Who puts candidates in order, as for i2p run.",
 )
