@@ -206,7 +206,7 @@ def test_the_worlds_tell_what_is_promised(name: str, i2p: Run, place: Path) -> N
         "irony": "mean_t P(rho < 0 | script[:t], G_duck = nest)",
         "legible": "mean_t P(G_dog = pond | script[:t])",
         "deceptive": "mean_{t in 1..T/2} P(G_dog = nest | script[:t])",
-        "icarus": "mean_{t in 10..14} E[V(duck) | script[:t], G_duck = pond]"
+        "icarus": "mean_{t in 8..10} E[V(duck) | script[:t], G_duck = pond]"
         " - mean_{t in 16..18} E[V(duck) | script[:t], G_duck = pond]",
     }[name]
     assert i2p("new", name, "--pattern", name).status == DONE

@@ -128,7 +128,8 @@ _ON_MAPS = (
          ("Viewers shall believe that {actor} wants {there}, while it gets what it wants. `scale`: "
           "how much that counts.",
           "maximize deceptive({actor}, G_{actor} = {here}, G_{actor} = {there}, scale = 0.3)"),
-         ("A feint pays late, so look further ahead.", "search beam(width = 50)")),
+         ("A feint pays late: more scripts are kept side by side, from fewer first pictures.",
+          "search beam(starts = 20, width = 30, polish = 0)")),
     ),
     Beginning(
         "surprising", "friend or foe? {helper} makes viewers change their minds again and again",
