@@ -57,7 +57,7 @@ def _shape(name: str, told: str, way: str) -> Beginning:
     """A story of a character's fortune."""
     comment = f"{way} Fortune is what {{helped}} can still hope for, and everybody knows that it "
     comment += "wants {goal}. `scale`: how much the shape counts."
-    call = f"{name}({{helped}}, G_{{helped}} = {{goal}}, scale = 0.05)"
+    call = f"{name}({{helped}}, G_{{helped}} = {{goal}}, scale = 0.2)"
     known = ("Viewers shall also see what {helped} wants.", "maximize depict(G_{helped} = {goal})")
     lines = ((comment, f"maximize {call}"), known)
     return Beginning(name.replace("_", "-"), told, name, 18, lines)
