@@ -44,8 +44,9 @@ def write_thumbnails(catalogue: Path, library: Path) -> list[Path]:
 
 
 def write_small(picture: Image.Image, target: Path) -> None:
-    """Writes a picture with few pixels and colours, as PNG."""
-    small = picture.convert("RGB")
+    """Writes a picture with few pixels and colours, as PNG; on white where one sees through it."""
+    whole = picture.convert("RGBA")
+    small = Image.alpha_composite(Image.new("RGBA", whole.size, "white"), whole).convert("RGB")
     small.thumbnail((WIDEST, WIDEST * 2), Image.Resampling.LANCZOS)
     # A palette of the commonest colours would turn small figures grey.
     few = small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
