@@ -176,15 +176,22 @@ def solved(name: str) -> Path:
 def prices() -> str:
     """What several.story becomes at other prices."""
     text = Path("several.story").read_text(encoding="utf-8")
-    rows = ["| price of a frame side by side | frames of 10 side by side | mean belief in help |"]
-    rows.append("|---|---|---|")
+    titles = (
+        "price of a frame",
+        "frames side by side, of 10",
+        "mean belief in help",
+        "other points",
+    )
+    rows = [f"| {' | '.join(titles)} |", f"|{'---|' * len(titles)}"]
     for price in ASKED:
         told = re.sub(r"^minimize .*\n", "", text, flags=re.MULTILINE)
         Path("priced.story").write_text(told.replace("0.3 *", f"{price:g} *"), encoding="utf-8")
         script = load("priced.story").solve().script
         near = script.query("sum_t [touching(dog, duck) @ script[t]]")
         belief = script.query("mean_t P(rho > 0 | script[:t])")
-        rows.append(f"| {price:g} | {near:.0f} | {belief:.4f} |")
+        assert script.score is not None
+        rest = script.score - price * near
+        rows.append(f"| {price:g} | {near:.0f} | {belief:.4f} | {rest:.2f} |")
     return "\n".join(rows) + "\n"
 
 
