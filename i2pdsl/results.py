@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -82,18 +83,23 @@ def chosen(
     judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
     if by_panel:
         best = max(_worth(script) for script in scripts)
-        judged.sort(key=lambda each: _place(task, best, *each))
+        judged.sort(key=lambda each: _place(best, *each))
     kept = judged if search.offers_all else judged[:count]
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
 
 
-def _place(
-    task: Task, best: float, script: Script, judgement: Judgement
-) -> tuple[int, int, float, float]:
+def best_of(results: Sequence[Result]) -> Result:
+    """Of what a story's search found with several seeds, that whose script the panel puts first: it
+    is the same panel for all."""
+    best = max(_worth(found.script) for found in results)
+    return min(results, key=lambda found: _place(best, found.script, found.judgements[0]))
+
+
+def _place(best: float, script: Script, judgement: Judgement) -> tuple[int, int, float, float]:
     """Where a script stands among the candidates, of which the best has a score of `best`."""
     score = _worth(script)
-    lacks = faults(task.world, script.trajectory.states)
+    lacks = faults(script.world, script.trajectory.states)
     lacks += int(score < best - TOLERANCE * abs(best))
     return len(script.unmet), lacks, -(score + judgement.mean), -judgement.worst
 
