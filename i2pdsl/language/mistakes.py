@@ -179,11 +179,12 @@ def _hint(
         return "equality has one sign: `=`"
     if token.type == "DBAR":
         return "write `or`; `||` stands only in KL(script[:a] || script[:b])"
-    if token.type == "LSQB" and last == "P":
-        return "probabilities have round brackets: `P(event | script[:t])`"
     if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
     form = BY_NAME.get(opener)
+    if form is not None and form.shape is not EXPECTED and expected <= {"NAME", "RSQB"}:
+        of = "probabilities have" if opener == "P" else f"`{opener}` has"
+        return f"{of} round brackets: `{form.written}`"
     if token.type == "COMMA" and form is not None and form.shape is APART:
         if "SEMI" in expected and "script" not in text[text.rfind(f"{opener}(") :]:
             return f"write `{opener}(latent; script[:a] || script[:b])`"

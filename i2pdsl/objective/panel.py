@@ -3,7 +3,9 @@
 Who optimises a script for one simulated viewer also optimises it for that viewer's oddities. So
 candidates are judged by others too: how sharply characters seem to prefer what is best for them,
 how fast viewers forget, and what they thought before anything moved, differs from the story's own
-audience. What is asked of them is the same: the story's objective, of their beliefs.
+audience. What is asked of them is the same: the story's objective, of their beliefs. Where a story
+names audiences, each member of the panel stands for all of them, changed alike: they stay as
+different from each other as they were, and know what they know.
 
 The panel is the same for all scripts and seeds of a story, so that its figures can be compared. It
 needs no planning: nobody in it believes in another level 0, for which a world would have to be
@@ -21,7 +23,7 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.worlds.record import Trajectory
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.world import World, forgetting_of
 
 MEMBERS = 8
 SHARPER = 2.0  # times as sharp as to the story's viewers choices seem to the panel, or 1 / so sharp
@@ -67,7 +69,7 @@ def panel(story: TypedStory, world: World) -> tuple[Member, ...]:
     for sharp, more in zip(sharpness.tolist(), share, strict=True):
         doubted = prior + DOUBT * generator.normal(size=prior.shape[-1])
         doubted = doubted - np.log(np.exp(doubted).sum(-1, keepdims=True))
-        forgetting = own + (1 - own) * more / story.length
+        forgetting = forgetting_of(story.observers, own + (1 - own) * more / story.length)
         found.append(Member(world.with_audience(sharp, forgetting, doubted), sharp))
     return tuple(found)
 
