@@ -110,6 +110,10 @@ class Script(Shown):
         """
         return script_from(read_record(path), Path(path).parent, watch)
 
+    def audience_of(self, viewers: ty.Viewers | None) -> Audience:
+        """The audience of some of its observers; without them the one that needs no name."""
+        return next((a for a in self.audiences if a.viewers == viewers), self.audiences[0])
+
     def save(self, path: Path | str) -> Path:
         """Writes the script as JSON, atomically."""
         return self.record.save(path)

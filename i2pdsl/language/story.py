@@ -52,10 +52,11 @@ class Audience:
 
     def open_to(self, mask: ty.Mask) -> ty.Mask:
         """The hypotheses of a mask that not all of its viewers know to be false."""
-        known = [o.known for o in self.observers]
-        if None in known:
+        known = [o.known for o in self.observers if o.known is not None]
+        if len(known) < len(self.observers):
             return mask
-        return tuple(m and any(column) for m, *column in zip(mask, *known, strict=True))  # type: ignore[arg-type]
+        left = (any(column) for column in zip(*known, strict=True))
+        return tuple(m and k for m, k in zip(mask, left, strict=True))
 
 
 USUAL = Audience(VIEWERS, (Observer(),))

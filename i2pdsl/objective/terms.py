@@ -44,5 +44,7 @@ def score_script(story: TypedStory, world: World, frames: Frame) -> float:
     total = sum((w * float(evaluate(world, frames, e, None)) for w, e in terms), 0.0)
     if story.weights.sees_frames:
         chances = np.array(world.weak_chances)
-        total += float(weighed(story.weights, costs(chances, film_of(world, frames, story.viewers))))
+        total += float(
+            weighed(story.weights, costs(chances, film_of(world, frames, story.viewers)))
+        )
     return total

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.language.vocabulary import Value
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, event_of, latents_of
@@ -45,11 +46,14 @@ class Focus:
     def caption(self, t: int) -> str:
         """What viewers think after frame t, of the first of what is told."""
         found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
-        words, before = [], ""
-        for verb, clause in found:
-            words.append(clause if verb == before else f"{verb} {clause}")
-            before = verb
-        return f"viewers {', and '.join(words)}" if words else ""
+        words, who, before = [], "", ""
+        for those, verb, clause in found:
+            verb = _agreeing(those, verb)
+            same = those == who
+            told = clause if same and verb == before else f"{verb} {clause}"
+            words.append(told if same else f"{_those(those)} {told}")
+            who, before = those, verb
+        return ", and ".join(words)
 
     @property
     def turns(self) -> dict[int, float]:
@@ -118,9 +122,12 @@ def _fortunes(script: Script) -> tuple[Panel, ...]:
     for subject in script.subjects:
         if isinstance(subject.about, ty.ValueAt):
             who = script.world.vocabulary.characters[subject.about.who]
-            belief = belief_over("E", subject.about, subject.given, length)
+            belief = belief_over("E", subject, length)
             values = evaluate(script.world, script.frames, belief, range(length + 1))
             series = Series(who, np.asarray(values, float), PALETTE.get(who, HUES[0]))
+            audience = script.audience_of(subject.viewers).name
+            if audience != VIEWERS:
+                series = replace(series, label=f"{audience}: {who}", audience=audience)
             found.append(Panel(f"{who}{FORTUNE}", "value", (series,), "value"))
     return tuple(found)
 
@@ -134,6 +141,11 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     told.sort(key=lambda p: p.latent != ATTITUDE)  # what one means to another is told first
     events = [s for s in subjects if isinstance(s.about, tuple)]
     conditions = {s.given for s in events}
+    if any(script.audience_of(s.viewers).name != VIEWERS for s in events):
+        series = _series(script, events, sentence)
+        if series:
+            panel = Panel(ASKED, "probability", series)
+            return Focus(panel, (panel,))
     if len(conditions) == 1 and script.assumption not in conditions and len(told) == 1:
         series = _series(script, _with_rest(events), lambda event, _: sentence(event, {}))
         if series:  # what everybody knows all along need not be said
@@ -147,7 +159,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     if len(told) > 1:
         named = [_claims(script, s.about, s.given) or {} for s in events]  # type: ignore[arg-type]
         wanted = [
-            Subject(event_of(words, {x: vs}), script.assumption)
+            Subject(event_of(words, {x: vs}), script.assumption, events[0].viewers)
             for found in named
             for x, vs in found.items()
         ]
@@ -163,7 +175,7 @@ def _with_rest(events: list[Subject]) -> list[Subject]:
     columns = zip(*(s.about for s in events), strict=True)
     rest = tuple(not any(column) for column in columns)
     possible = any(r and g for r, g in zip(rest, given, strict=True))
-    return [*events, Subject(rest, given)] if possible else events
+    return [*events, Subject(rest, given, events[0].viewers)] if possible else events
 
 
 def _claims(script: Script, event: ty.Mask, within: ty.Mask) -> Claims | None:
@@ -175,37 +187,60 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
     them has no words."""
     length, found = script.length, list[Series]()
     plain = [_claims(script, s.about, s.given) for s in subjects if s.given == script.assumption]  # type: ignore[arg-type]
+    named = any(script.audience_of(s.viewers).name != VIEWERS for s in subjects)
     for subject in sorted(subjects, key=lambda s: s.given != script.assumption)[:SERIES_MAX]:
         assert isinstance(subject.about, tuple)
         event = _claims(script, subject.about, subject.given)
         condition = _claims(script, subject.given, script.assumption)
         if not event or condition is None:
             return ()
-        belief = belief_over("P", subject.about, subject.given, length)
+        belief = belief_over("P", subject, length)
         values = evaluate(script.world, script.frames, belief, range(length + 1))
         label, claim = sentence(event, condition)
         if condition and condition in plain:
             claim = ""  # viewers are asked to believe the condition, and then it goes without it
-        hue = HUES[len(found)]
-        found.append(Series(label, np.asarray(values, float), hue, claim=claim))
+        hue, audience = HUES[len(found)], script.audience_of(subject.viewers).name
+        label = f"{audience}: {label}" if named else label
+        found.append(Series(label, np.asarray(values, float), hue, claim=claim, audience=audience))
     return tuple(found)
 
 
 # --------------------------------------------------------------------------------------- in words
 
 
-def _statements(panel: Panel, t: int) -> list[tuple[str, str]]:
-    """What viewers think of what a panel shows: how sure they are, and of what."""
+def _statements(panel: Panel, t: int) -> list[tuple[str, str, str]]:
+    """What viewers think of what a panel shows: which of them, how sure they are, and of what."""
     if panel.kind == "value":
-        return [_fortune(series, t) for series in panel.series]
+        return [(series.audience, *_fortune(series, t)) for series in panel.series]
     named = [s for s in panel.series if s.claim]
     if not panel.question:
-        return [_degree(s.claim, float(s.values[t])) for s in named]
+        return [(s.audience, *_degree(s.claim, float(s.values[t]))) for s in named]
     first, *others = sorted(named, key=lambda s: -s.values[t])
     p = float(first.values[t])
     if others and p - others[0].values[t] < UNSURE:
-        return [("cannot tell", panel.question)]
-    return [(_verb(p), f"that {first.claim} ({percent(p)})")]
+        return [(first.audience, "cannot tell", panel.question)]
+    return [(first.audience, _verb(p), f"that {first.claim} ({percent(p)})")]
+
+
+def _those(audience: str) -> str:
+    """Whose belief a caption speaks of: `viewers`, `the friend`."""
+    return audience if audience == VIEWERS else f"the {audience}"
+
+
+def _agreeing(audience: str, verb: str) -> str:
+    """A verb as the name of an audience wants it: one that ends in `s` is taken for several."""
+    if audience.endswith("s"):
+        return verb
+    return _OF_ONE.get(verb, verb)
+
+
+_OF_ONE = {
+    "are sure": "is sure",
+    "think": "thinks",
+    "rather think": "rather thinks",
+    "do not think": "does not think",
+    "rather doubt": "rather doubts",
+}
 
 
 def _verb(p: float) -> str:

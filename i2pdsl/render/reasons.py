@@ -16,6 +16,7 @@ from i2pdsl.explain import (
     questions_of,
     times,
 )
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.render.focus import Sentence
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.scripts import Script
@@ -68,7 +69,12 @@ def _asked(script: Script, question: Question, sentence: Sentence) -> str:
     parts = [as_story(words, found) for found in (question.claims, question.condition) if found]
     formal = f" [{' | '.join(parts)}]" if question.claims else ""
     ends = f"{number(believed[0])} -> {number(believed[-1])}"
-    return f"  {_claim(question, sentence)}{formal}: {ends}"
+    return f"  {_whose(question)}{_claim(question, sentence)}{formal}: {ends}"
+
+
+def _whose(question: Question) -> str:
+    """The name of the audience that is asked, where it has one of its own."""
+    return "" if question.audience == VIEWERS else f"{question.audience}: "
 
 
 def _claim(question: Question, sentence: Sentence) -> str:
@@ -86,10 +92,12 @@ def _effects(reason: Reason, sentence: Sentence, all_of_them: bool) -> list[str]
     for effect in effects:
         if not any(_mirrors(effect, other) for other in told):
             told.append(effect)
-    effects = told if all_of_them else told[:1]
+    if not all_of_them:  # the greatest of each audience
+        told = list({e.question.audience: e for e in reversed(told)}.values())[::-1]
     lines = []
-    for effect in effects:
-        lines.append(f"    {_ratio(effect, sentence)}")
+    for effect in told:
+        whose = _whose(effect.question)
+        lines.append(f"    {whose}{_ratio(effect, sentence)}")
         change = f"{number(effect.before)} -> {number(effect.after)}"
         instead = ""
         if (effect.after - effect.before) * effect.log_ratio < 0:
@@ -99,7 +107,7 @@ def _effects(reason: Reason, sentence: Sentence, all_of_them: bool) -> list[str]
             instead = (
                 f"; had it been `{reason.second.action}` ({expected}): {number(effect.instead)}"
             )
-        lines.append(f"    {_claim(effect.question, sentence)}: {change}{instead}")
+        lines.append(f"    {whose}{_claim(effect.question, sentence)}: {change}{instead}")
     return lines
 
 
@@ -107,7 +115,8 @@ def _mirrors(one: Effect, other: Effect) -> bool:
     """Whether the event of one is that the other's does not hold."""
     first, second = one.question, other.question
     pairs = zip(first.event, second.event, first.given, strict=True)
-    return first.given == second.given and all(a != b for a, b, holds in pairs if holds)
+    alike = first.given == second.given and first.viewers == second.viewers
+    return alike and all(a != b for a, b, holds in pairs if holds)
 
 
 def _ratio(effect: Effect, sentence: Sentence) -> str:

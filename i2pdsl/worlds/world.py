@@ -194,9 +194,7 @@ def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
     return logs
 
 
-def forgetting_of(
-    observers: Sequence[Any], shares: Sequence[float] | np.ndarray
-) -> np.ndarray:
+def forgetting_of(observers: Sequence[Any], shares: Sequence[float] | np.ndarray) -> np.ndarray:
     """How much each of the observers (or viewers) forgets, [O]; where one of them knows something,
     [O, H]: 0 under the hypotheses that he knows to be false, for he does not forget that.
 
