@@ -209,7 +209,8 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
-    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
+    asked = kind in BY_TERMINAL and len(place.around.audiences) > 1  # `P[insider](`
+    if not (scripts or asked) and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`

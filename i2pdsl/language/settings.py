@@ -18,7 +18,7 @@ from i2pdsl.language.vocabulary import Settings as Values
 AUDIENCES = ("bayesian", "average")
 OF_VIEWERS = {
     "prior": Setting("prior", 1.0, "the weight of each hypothesis"),
-    "given": Setting("given", 1.0, "what they know to be so from the beginning"),
+    "given": Setting("given", "EVENT", "what they know to be so from the beginning"),
 }
 """What a viewer may have besides the settings of the world: no constant numbers."""
 LONGEST_STORY = 100_000

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,13 +47,17 @@ class Focus:
     def caption(self, t: int) -> str:
         """What viewers think after frame t, of the first of what is told."""
         found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
-        words, who, before = [], "", ""
-        for those, verb, clause in found:
-            verb = _agreeing(those, verb)
-            same = those == who
-            told = clause if same and verb == before else f"{verb} {clause}"
-            words.append(told if same else f"{_those(those)} {told}")
-            who, before = those, verb
+        words: list[str] = []
+        before: _Said | None = None
+        for said in found:
+            same = before is not None and before.audience == said.audience
+            told = f"{_agreeing(said.audience, said.verb)} {said.clause}"
+            if same and before is not None and before.verb == said.verb:
+                told = said.clause
+            elif before is not None and said.claim and before.claim == said.claim:
+                told = f"{_agreeing(said.audience, said.verb)}{_AGAIN[said.verb]}{said.share}"
+            words.append(told if same else f"{_those(said.audience)} {told}")
+            before = said
         return ", and ".join(words)
 
     @property
@@ -208,18 +213,29 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
 # --------------------------------------------------------------------------------------- in words
 
 
-def _statements(panel: Panel, t: int) -> list[tuple[str, str, str]]:
-    """What viewers think of what a panel shows: which of them, how sure they are, and of what."""
+class _Said(NamedTuple):
+    """What an audience thinks: how sure it is, and of what; where that is one claim, the claim, and
+    how much it is believed, in brackets."""
+
+    audience: str
+    verb: str
+    clause: str
+    claim: str = ""
+    share: str = ""
+
+
+def _statements(panel: Panel, t: int) -> list[_Said]:
+    """What viewers think of what a panel shows."""
     if panel.kind == "value":
-        return [(series.audience, *_fortune(series, t)) for series in panel.series]
+        return [_fortune(series, t) for series in panel.series]
     named = [s for s in panel.series if s.claim]
     if not panel.question:
-        return [(s.audience, *_degree(s.claim, float(s.values[t]))) for s in named]
+        return [_degree(s, float(s.values[t])) for s in named]
     first, *others = sorted(named, key=lambda s: -s.values[t])
     p = float(first.values[t])
     if others and p - others[0].values[t] < UNSURE:
-        return [(first.audience, "cannot tell", panel.question)]
-    return [(first.audience, _verb(p), f"that {first.claim} ({percent(p)})")]
+        return [_Said(first.audience, "cannot tell", panel.question)]
+    return [_Said(first.audience, _verb(p), f"that {first.claim} ({percent(p)})")]
 
 
 def _those(audience: str) -> str:
@@ -241,28 +257,40 @@ _OF_ONE = {
     "do not think": "does not think",
     "rather doubt": "rather doubts",
 }
+_AGAIN = {
+    "are sure": " of it",
+    "think": " so",
+    "rather think": " so",
+    "do not think": " so",
+    "rather doubt": " it",
+    "cannot tell": "",
+}
+"""How a claim is said that another audience was just said to think of."""
 
 
 def _verb(p: float) -> str:
     return "are sure" if p >= SURE else "think" if p >= LIKELY else "rather think"
 
 
-def _degree(claim: str, p: float) -> tuple[str, str]:
+def _degree(series: Series, p: float) -> _Said:
     """How much viewers believe something for itself."""
+    claim, share = series.claim, f" ({percent(p)})"
     if abs(p - 0.5) < UNSURE:
-        return "cannot tell", f"whether {claim}"
+        return _Said(series.audience, "cannot tell", f"whether {claim}", claim)
     verb = _verb(p) if p > 0.5 else "do not think" if p < 1 - LIKELY else "rather doubt"
-    return verb, f"that {claim} ({percent(p)})"
+    return _Said(series.audience, verb, f"that {claim}{share}", claim, share)
 
 
-def _fortune(series: Series, t: int) -> tuple[str, str]:
+def _fortune(series: Series, t: int) -> _Said:
     """How things look for somebody, measured by the best and the worst of the story."""
     low, high = float(np.nanmin(series.values)), float(np.nanmax(series.values))
     here = float(series.values[t])
     share = (here - low) / (high - low) if high > low else 0.5
     how = "bad" if share < 1 / 3 else "good" if share > 2 / 3 else "fair"
     number = (f"{here:.0f}" if abs(here) >= 100 else f"{here:.3g}").replace("-", "−")
-    return "think", f"that things look {how} for {series.label} (value {number})"
+    who = series.label.removeprefix(f"{series.audience}: ")
+    clause = f"that things look {how} for {who} (value {number})"
+    return _Said(series.audience, "think", clause)
 
 
 # ------------------------------------------------------------------------------------------ turns
