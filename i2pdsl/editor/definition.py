@@ -45,7 +45,7 @@ def definition(text: str, offset: int, around: Surroundings, start: str = "file"
         if own.name.id == word:
             return own.name.span
     # The text may have changed since its names were read.
-    begins = rf"(?:let|pattern)[ \t]+({{0}})\b|audience[ \t]+({{0}})[ \t]*="
+    begins = r"(?:let|pattern)[ \t]+({0})\b|audience[ \t]+({0})[ \t]*="
     own_name = re.compile(rf"^(?:{begins.format(re.escape(word))})", re.M).search(text)
     if own_name is not None:
         here = Source(around.module.source.name, text)

@@ -255,6 +255,8 @@ def _expectation(expected: set[str], opener: str) -> str:
     if _OPERATORS & expected:
         ends = ("THEN_KW", "ELSE_KW", "BAR", "AT", "RPAR", "RSQB", "RBRACE", "COMMA")
         known = [e for e in ends if e in expected] if opener else []
+        if opener not in BY_NAME and opener != "[":  # in an index a bar makes no sense
+            known = [e for e in known if e != "BAR"]
         return " or ".join(["an operator", *(_word(e) for e in known[:3])])
     if "NAME" in expected:
         expected = expected - {"NAMED"}

@@ -53,7 +53,7 @@ class Audience:
     def open_to(self, mask: ty.Mask) -> ty.Mask:
         """The hypotheses of a mask that not all of its viewers know to be false."""
         known = [o.known for o in self.observers if o.known is not None]
-        if len(known) < len(self.observers):
+        if not known or len(known) < len(self.observers):
             return mask
         left = (any(column) for column in zip(*known, strict=True))
         return tuple(m and k for m, k in zip(mask, left, strict=True))
