@@ -47,6 +47,7 @@ _SORTS = {
     "object": ("object",),
     "place": ("place",),
     "spot": ("character", "object", "place"),
+    "whose": (),
 }
 _LATENTS = ("any", "event", "assumption", "quantity", "quantity or value", "latent")
 _HIDDEN = (*_LATENTS, "latent or script", "script or event")

@@ -1,11 +1,12 @@
-# Who knows that the little one wants its nest sees how the big one helps it there; everybody else
-# believes that it is driven away from the pond.
+# The big one pushes the little one to its nest. Who knows that it wants to be there sees how it is
+# helped; everybody else believes that it is kept from the pond.
 world pasture
 length 100
 
 audience friend = bayesian(given = G_little = nest)
 
 maximize shared_secret(friend, viewers, rho > 0)
+maximize sum_t 3 * [progress(little, nest) @ script[t]]
 minimize sum_t 0.3 * [distance(little, big) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
