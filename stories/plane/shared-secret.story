@@ -12,6 +12,9 @@ minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @
 
 search descend(optimiser = adam, rate = 0.004, steps = 150)
 
-# expect mean_t P[friend](rho > 0 | script[:t]) >= 0.8
-# expect mean_t P(rho > 0 | script[:t]) <= 0.4
+# expect mean_{t in T/2..T} P[friend](rho > 0 | script[:t]) >= 0.85
+# expect mean_{t in T/2..T} P(rho < 0 | script[:t]) >= 0.85
+# expect mean_t P(rho > 0 | script[:t]) <= 0.2
+# expect sum_t [progress(little, nest) @ script[t]] >= 5
+# expect mean_t [touching(little, big) @ script[t]] >= 0.3
 # expect assume nothing: mean_t P(R_little and R_big | script[:t]) >= 0.9
