@@ -324,7 +324,7 @@ class Place:
 
     def _is_parameter(self, enclosure: Enclosure) -> bool:
         pattern = self._pattern(enclosure.name) if enclosure.kind == "call" else None
-        if enclosure.kind == "parameters":
+        if enclosure.kind in ("parameters", "settings"):
             return True
         names = [p.name.id for p in pattern.parameters] if pattern else []
         return enclosure.argument in names
