@@ -248,7 +248,7 @@ class Elaboration:
         if isinstance(found, ast.Name) and found.id in named:
             return named[found.id]
         text = shorten(found.span.text)
-        hint = did_you_mean(text, named) or "audiences: " + ", ".join(named)
+        hint = did_you_mean(text, named)
         if len(named) == 1:
             hint = f"name one: `audience {text if isinstance(found, ast.Name) else 'NAME'} = ...`"
         raise self.blame("audience", f"there is no audience `{text}`", node, env, hint)

@@ -61,7 +61,8 @@ class Workshop:
                 desk.state = state = replace(state, path=path)
             self._script = old = _script(state, world, path)
         typed = state.typed
-        return replace(old, module=typed.module, assumption=typed.assumption)
+        known = {"module": typed.module, "assumption": typed.assumption}
+        return replace(old, **known, audiences=typed.audiences)
 
     def world(self, state: State) -> World:
         with Bars() as bars:
