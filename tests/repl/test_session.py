@@ -205,16 +205,16 @@ def test_statements_add_or_replace(session: Session) -> None:
 def test_audiences_come_and_go_by_their_names(session: Session) -> None:
     right(session, "audience insider = bayesian(given = G_cheese = pink)")
     pink = asked(session, "entropy[insider](script[:2])")
-    before = asked(session, "P(rho > 0 | script[:T])")
+    usual = asked(session, "entropy(script[:2])")
     right(session, "audience bayesian(beta = 0.5)")
-    assert asked(session, "P(rho > 0 | script[:T])") < before
+    assert asked(session, "entropy(script[:2])") != pytest.approx(usual)
     right(session, "audience insider = bayesian(given = G_cheese = green)")
     assert asked(session, "entropy[insider](script[:2])") != pytest.approx(pink)
     assert session.state.program.text.count("audience insider") == 1
     assert "given = G_cheese = green" in explain("insider", session.state)
     right(session, "forget insider")
     assert "no audience `insider`" in refused(session, "P[insider](rho > 0 | script[:T])")
-    assert asked(session, "P(rho > 0 | script[:T])") < before
+    assert asked(session, "entropy(script[:2])") != pytest.approx(usual)
 
 
 def test_a_comment_before_a_definition_is_its_documentation(session: Session) -> None:
