@@ -47,18 +47,22 @@ class Focus:
     def caption(self, t: int) -> str:
         """What viewers think after frame t, of the first of what is told."""
         found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
-        words: list[str] = []
-        before: _Said | None = None
+        claims = [said.claim for said in found]
+        text = ""
+        before = _Said("", "", "")
         for said in found:
-            same = before is not None and before.audience == said.audience
-            told = f"{_agreeing(said.audience, said.verb)} {said.clause}"
-            if same and before is not None and before.verb == said.verb:
-                told = said.clause
-            elif before is not None and said.claim and before.claim == said.claim:
-                told = f"{_agreeing(said.audience, said.verb)}{_AGAIN[said.verb]}{said.share}"
-            words.append(told if same else f"{_those(said.audience)} {told}")
+            verb, same = _agreeing(said.audience, said.verb), said.audience == before.audience
+            # What several audiences are told to think of needs room: their curves tell how much.
+            shared = bool(said.claim) and claims.count(said.claim) > 1
+            clause = said.clause if shared else said.clause + said.share
+            again = bool(said.claim) and said.claim == before.claim and not same
+            told = verb + _AGAIN[said.verb] if again else f"{verb} {clause}"
+            if same and said.verb == before.verb:
+                told = clause
+            told = told if same else f"{_those(said.audience)} {told}"
+            text += f"{', ' if again else ', and ' if text else ''}{told}"
             before = said
-        return ", and ".join(words)
+        return text
 
     @property
     def turns(self) -> dict[int, float]:
@@ -214,8 +218,8 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
 
 
 class _Said(NamedTuple):
-    """What an audience thinks: how sure it is, and of what; where that is one claim, the claim, and
-    how much it is believed, in brackets."""
+    """What an audience thinks: how sure it is, and of what; where that is one claim among others,
+    the claim; and how much it is believed, in brackets."""
 
     audience: str
     verb: str
@@ -235,7 +239,8 @@ def _statements(panel: Panel, t: int) -> list[_Said]:
     p = float(first.values[t])
     if others and p - others[0].values[t] < UNSURE:
         return [_Said(first.audience, "cannot tell", panel.question)]
-    return [_Said(first.audience, _verb(p), f"that {first.claim} ({percent(p)})")]
+    share = f" ({percent(p)})"
+    return [_Said(first.audience, _verb(p), f"that {first.claim}", share=share)]
 
 
 def _those(audience: str) -> str:
@@ -278,7 +283,7 @@ def _degree(series: Series, p: float) -> _Said:
     if abs(p - 0.5) < UNSURE:
         return _Said(series.audience, "cannot tell", f"whether {claim}", claim)
     verb = _verb(p) if p > 0.5 else "do not think" if p < 1 - LIKELY else "rather doubt"
-    return _Said(series.audience, verb, f"that {claim}{share}", claim, share)
+    return _Said(series.audience, verb, f"that {claim}", claim, share)
 
 
 def _fortune(series: Series, t: int) -> _Said:
