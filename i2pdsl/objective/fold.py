@@ -70,12 +70,14 @@ def compile_objective(
     length: int,
     terms: list[tuple[float, ty.Typed]],
     weights: Weights,
+    viewers: ty.Viewers | None = None,
 ) -> Objective:
     """Compiles weighted expressions to init, step and score.
 
     Args:
         terms: (weight, expression); the automatic rationality term is one of them.
         weights: of the automatic terms that look at frames (film.py).
+        viewers: the observers that those are about, where not all are.
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
@@ -88,7 +90,7 @@ def compile_objective(
     built = [compiler.build(e) for _, e in terms]
     seen = None
     if weights.sees_frames:
-        seen = _Seen(len(compiler.numbers), len(world.weak_chances))
+        seen = _Seen(len(compiler.numbers), len(world.weak_chances), viewers)
         compiler.numbers.extend((*weights, *world.weak_chances))
     compiler.shape.append(str(seen))
     suffixes = _appended(terms)
@@ -200,10 +202,12 @@ def _total(scope: Any, own: _Sum) -> Array:
 
 @dataclass(frozen=True)
 class _Seen:
-    """Where the parameters of the terms that look at frames stand, of so many weak characters."""
+    """Where the parameters of the terms that look at frames stand, of so many weak characters; and
+    the observers that they are about, where not all are."""
 
     first: int
     weak: int
+    viewers: ty.Viewers | None
 
     @property
     def places(self) -> range:
@@ -297,7 +301,7 @@ def _step(
         film = carry.film
         if seen is not None:
             assert film is not None
-            film = see(world, tables, seen.chances(params), film, frame)
+            film = see(world, tables, seen.chances(params), film, frame, seen.viewers)
         frames = carry.frames
         if history:
             assert frames is not None

@@ -12,7 +12,7 @@ from i2pdsl.repl.program import Program
 from i2pdsl.worlds.record import Trajectory
 
 SCORED = (  # what a script's objective depends on
-    *("world", "settings", "length", "objective", "weights", "assumption", "observers"),
+    *("world", "settings", "length", "objective", "weights", "assumption", "audiences"),
     "requirements",
 )
 SEARCHED = (*SCORED, "start", "allow", "search")  # and what a search does

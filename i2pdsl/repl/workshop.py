@@ -62,7 +62,8 @@ class Workshop:
                 desk.state = state = replace(state, path=path)
             self._script = old = _script(state, world, path)
         typed = state.typed
-        return replace(old, module=typed.module, assumption=typed.assumption)
+        module, audiences = typed.module, typed.audiences
+        return replace(old, module=module, assumption=typed.assumption, audiences=audiences)
 
     def world(self, state: State) -> World:
         with Bars() as bars:
