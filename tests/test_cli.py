@@ -872,6 +872,7 @@ def test_completion(place: Path) -> None:
     assert "plain,kitchen" in completions("i2p plan ", place)
     assert completions("i2p run he", place) == ["file,he"]
     assert completions("i2p completion b", place) == ["plain,bash"]
+    assert completions("i2p new x --pattern betr", place) == ["plain,betrayal"]
 
 
 def test_completion_in_bash(place: Path) -> None:

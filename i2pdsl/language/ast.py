@@ -207,12 +207,13 @@ class Form(Node):
     """A form about what viewers believe, `NAME(about | given, ...)` (forms.py has the names).
 
     `given` holds scripts and further conditions as written; of a divergence the two scripts stand
-    first.
+    first. `audience` is whose belief it is, where that is said: `NAME[audience](...)`.
     """
 
     name: str
     about: tuple[Expr, ...]
     given: tuple[Expr, ...]
+    audience: Name | None = None
 
     @property
     def kind(self) -> forms.Form:
@@ -356,8 +357,11 @@ class Assume(Node):
 
 @dataclass(frozen=True, slots=True)
 class Audience(Node):
+    """`audience name(settings)`, or `audience called = name(settings)`."""
+
     name: Name
     settings: tuple[Argument, ...]
+    called: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -426,10 +430,13 @@ def _field_names(kind: type[Node]) -> tuple[str, ...]:
 
 
 def children(node: Node) -> Iterator[Node]:
-    """The expressions directly below a node; the names of callees and parameters are none."""
+    """The expressions directly below a node; the names of callees, parameters and audiences are
+    none."""
     match node:
         case Call(arguments=arguments):
             yield from (a.value for a in arguments)
+        case Form(about=about, given=given):
+            yield from (*about, *given)
         case Append(script=script, turn=turn):
             yield script
             yield from (part.place for part in turn if isinstance(part, Fall))

@@ -207,9 +207,9 @@ STATEMENTS: tuple[Word, ...] = (
     ),
     Word(
         "audience",
-        "audience NAME(setting = value, ...)",
-        "other viewers than the world's own",
-        "audience bayesian(beta = 1)",
+        "audience KIND(setting = value, ...), audience NAME = KIND(...)",
+        "other viewers than the world's own, or more of them, each audience with a name",
+        "audience insider = bayesian(given = G_cheese = pink)",
     ),
     Word(
         "search",
@@ -234,7 +234,10 @@ STATEMENTS: tuple[Word, ...] = (
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
-_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require", "pin")
+_SEVERAL = (
+    *("start", "allow", "let", "pattern", "import", "maximize", "minimize", "audience"),
+    *("require", "pin"),
+)
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -20,6 +21,7 @@ from i2pdsl.errors import (
 )
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
+from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
@@ -31,6 +33,9 @@ from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
 from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
+    USUAL,
+    VIEWERS,
+    Audience,
     Library,
     Observer,
     Requirement,
@@ -96,7 +101,7 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
 
 
 _SUMMED = ("rationality", "naturalness", "liveliness")  # automatic terms that sum over frames
-_SINGLE = (ast.World, ast.LengthIs, ast.Assume, ast.Audience, ast.Search)
+_SINGLE = (ast.World, ast.LengthIs, ast.Assume, ast.Search)
 
 
 class _Checker:
@@ -135,12 +140,17 @@ class _Checker:
     def check_single(self) -> None:
         for kind in _SINGLE:
             self.only_one(self.program.of(kind))
+        audiences = self.program.of(ast.Audience)
+        for name in dict.fromkeys(map(_audience, audiences)):
+            self.only_one([a for a in audiences if _audience(a) == name])
         for term in Weights._fields:
             self.only_one([w for w in self.program.of(ast.Weight) if w.term == term])
 
     def only_one(self, statements: list[Any]) -> None:
         for extra in statements[1:]:
             word = extra.span.text.split(None, 1)[0]
+            if isinstance(extra, ast.Audience) and extra.called is not None:
+                word = f"{word} {extra.called.id}"
             note = Note("the first one", statements[0].span)
             message = f"a story has only one `{word}`, this is another"
             self.problem("duplicate", message, extra.span, None, note)
@@ -194,15 +204,8 @@ class _Checker:
             self.elaborator.world = found or vocabulary
         self.world = self.elaborator.world
         self.check_own_names()
-        audience: ast.Audience | None = self.first(ast.Audience)
-        observers: tuple[Observer, ...] = (Observer(),)
-        if audience is not None:
-            observers = self.settings.audience(audience.name, audience.settings)
-            every = (True,) * len(self.world.hypotheses)
-            self.elaborator.thinkable = tuple(
-                tuple(p > 0 for p in o.prior) if o.prior else every for o in observers
-            )
-        self.elaborator.assumption = self.assumption(audience)
+        self.elaborator.audiences = self.audiences()
+        self.elaborator.assumption = self.assumption()
         start = self.start()
         allow = self.allow()
         weights = self.weights()
@@ -221,7 +224,7 @@ class _Checker:
             allow=allow,
             weights=weights,
             assumption=self.elaborator.assumption,
-            observers=observers,
+            audiences=self.elaborator.audiences,
             search=plan,
             module=self.module,
             **asked,
@@ -330,20 +333,42 @@ class _Checker:
         return int(value)
 
     def check_own_names(self) -> None:
-        """The world's latents keep their names."""
-        for item in self.program.statements:
-            if isinstance(item, ast.Let | ast.Pattern) and item.name.id in self.world.latents:
-                message = f"`{item.name.id}` is the name of a latent of the world"
-                self.problem("shadow", message, item.name.span, "choose another name")
+        """The world's latents keep their names, and an audience has one of its own."""
+        named = [s.called for s in self.program.of(ast.Audience) if s.called is not None]
+        definitions = [s.name for s in self.program.of(ast.Let) + self.program.of(ast.Pattern)]
+        own = {name.id: name.span for name in definitions}
+        for name in (*definitions, *named):
+            if name.id in self.world.latents:
+                message = f"`{name.id}` is the name of a latent of the world"
+                self.problem("shadow", message, name.span, "choose another name")
+        for name in named:
+            if name.id in RESERVED or name.id == "pi":
+                message = f"`{name.id}` is a word of the language and cannot be a name"
+                self.problem("reserved", message, name.span, "choose another name")
+            elif name.id in own:
+                note = Note("the first one", own[name.id])
+                self.problem("duplicate", f"`{name.id}` is defined twice", name.span, None, note)
 
-    def assumption(self, audience: ast.Audience | None) -> ty.Mask:
+    def audiences(self) -> tuple[Audience, ...]:
+        """The viewers of all beliefs that name no others, and those that have names."""
+        found = {VIEWERS: USUAL}
+        for statement in self.program.of(ast.Audience):
+            observers = self.settings.audience(statement.name, statement.settings)
+            audience = Audience(_audience(statement), observers, span=statement.span)
+            if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
+                found[audience.name] = audience
+        counts = accumulate((len(a.observers) for a in found.values()), initial=0)
+        return tuple(replace(a, first=n) for a, n in zip(found.values(), counts, strict=False))
+
+    def assumption(self) -> ty.Mask:
         statement: ast.Assume | None = self.first(ast.Assume)
         if statement is None:
             usual = default_assumption(self.world)
-            if audience is not None and not self.elaborator.can_hold(usual):
-                message = "some viewer takes it for impossible that everyone is rational"
-                hint = "`assume nothing` drops what is assumed by default"
-                self.problem("impossible", message, audience.span, hint)
+            for audience in self.elaborator.audiences:
+                if audience.span is not None and not audience.can_hold(usual):
+                    message = "some viewer takes it for impossible that everyone is rational"
+                    hint = "`assume nothing` drops what is assumed by default"
+                    self.problem("impossible", message, audience.span, hint)
             return usual
         return read_assumption(self.elaborator, statement.condition, self.env)
 
@@ -454,6 +479,11 @@ class _Checker:
         finally:
             self.elaborator.weight = weight
         return Requirement(value, statement.span)
+
+
+def _audience(statement: ast.Audience) -> str:
+    """The name of an audience."""
+    return VIEWERS if statement.called is None else statement.called.id
 
 
 @cache

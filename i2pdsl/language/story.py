@@ -15,10 +15,51 @@ from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 @dataclass(frozen=True)
 class Observer:
-    """One simulated viewer: the world's settings replaced, and a prior weight per hypothesis."""
+    """One simulated viewer: the world's settings replaced, a prior weight per hypothesis, and the
+    hypotheses that are left by what he knows, where he knows anything."""
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
+    known: ty.Mask | None = None
+
+
+VIEWERS = "viewers"  # the name of the audience that needs none
+
+
+@dataclass(frozen=True)
+class Audience:
+    """Viewers whose beliefs are averaged, and who may have a name.
+
+    Attributes:
+        first: how many observers of the story stand before its own.
+        span: its statement; None where there is none.
+    """
+
+    name: str
+    observers: tuple[Observer, ...]
+    first: int = 0
+    span: Span | None = field(default=None, compare=False)
+
+    @property
+    def viewers(self) -> ty.Viewers:
+        """Its own among all observers of the story."""
+        return self.first, self.first + len(self.observers)
+
+    def can_hold(self, mask: ty.Mask) -> bool:
+        """Whether a condition leaves each of its viewers a hypothesis with a prior above 0."""
+        priors = (o.prior or (1.0,) * len(mask) for o in self.observers)
+        return all(any(m and p > 0 for m, p in zip(mask, prior, strict=True)) for prior in priors)
+
+    def open_to(self, mask: ty.Mask) -> ty.Mask:
+        """The hypotheses of a mask that not all of its viewers know to be false."""
+        known = [o.known for o in self.observers if o.known is not None]
+        if not known or len(known) < len(self.observers):
+            return mask
+        left = (any(column) for column in zip(*known, strict=True))
+        return tuple(m and k for m, k in zip(mask, left, strict=True))
+
+
+USUAL = Audience(VIEWERS, (Observer(),))
 
 
 @dataclass(frozen=True)
@@ -71,7 +112,7 @@ class SearchPlan:
     method: str = "beam"
     starts: int = 500
     width: int = 1
-    polish: int = 3
+    polish: int = 11
     seeds: int = 8
     window: int = 100
     overlap: float = 0.5
@@ -93,7 +134,7 @@ class TypedStory:
         objective: (sign, expression) pairs that add up; empty for `search naive`.
         weights: of the automatic terms, 0 for those that the world does not have.
         assumption: the mask that every belief is conditioned on.
-        observers: one, or several whose beliefs are averaged.
+        audiences: the viewers of all beliefs that name no others, and those that have names.
         requirements: what must hold before any objective counts.
         pins: how single frames must be, as much as the requirements.
         lengths: where the search chooses the length, the story of each, from the shortest to this
@@ -112,7 +153,7 @@ class TypedStory:
     objective: tuple[tuple[int, ty.Typed], ...]
     weights: Weights
     assumption: ty.Mask
-    observers: tuple[Observer, ...]
+    audiences: tuple[Audience, ...]
     search: SearchPlan
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
@@ -150,6 +191,16 @@ class TypedStory:
         """Where something about the first such statement is said."""
         spans = self.spans(*kinds)
         return spans[0] if spans else whole_file(self.source.name)
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Those of all audiences, one after the other."""
+        return tuple(observer for audience in self.audiences for observer in audience.observers)
+
+    @property
+    def viewers(self) -> ty.Viewers | None:
+        """The observers that automatic terms are about; None where there are no others."""
+        return self.audiences[0].viewers if len(self.audiences) > 1 else None
 
     @property
     def everyone_rational(self) -> ty.Mask:

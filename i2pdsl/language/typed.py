@@ -15,6 +15,10 @@ Mask = tuple[bool, ...]
 """One truth value for each hypothesis: an event or a condition."""
 
 
+Viewers = tuple[int, int]
+"""Some of the observers of a story: from the first to before the second."""
+
+
 @dataclass(frozen=True)
 class Axes:
     """The axes along which an expression varies."""
@@ -211,12 +215,14 @@ class Belief:
         given: what it is conditioned on; of a divergence the first and the second belief. For an
             expectation the mask excludes already where the quantity means nothing.
         labels: of a table its axes: what each is called and its values' names; () for a number.
+        viewers: whose belief it is; None where there is only one audience.
     """
 
     form: str
     about: Any
     given: tuple[Given, ...]
     labels: tuple[Labels, ...] = ()
+    viewers: Viewers | None = None
 
     @cached_property
     def axes(self) -> Axes:

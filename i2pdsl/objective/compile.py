@@ -162,15 +162,16 @@ class Compiler:
 
     def _belief(self, node: ty.Belief) -> Closure:
         """A form about beliefs: its meaning, 0 where a moment of it does not exist."""
-        self.shape.append(node.form)
-        about = self._about(node.about)
+        self.shape.append(node.form if node.viewers is None else f"{node.form}{node.viewers}")
+        viewers, about = node.viewers, self._about(node.about, node.viewers)
         mask = self.mask(node.given[0].mask)
         moments = [self.moment(given.moment) for given in node.given]
         meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
-            views = tuple(moment(scope) for moment in moments)
-            asked = Asked(scope.world, scope.tables, about(scope, views[0]), mask(scope), views)
+            views = tuple(moment(scope).of(viewers) for moment in moments)
+            subject = about(scope, views[0])
+            asked = Asked(scope.world, scope.tables, subject, mask(scope), views, viewers)
             found = meaning(asked)
             for view in () if node.labels else views:
                 found = _where_exists(scope, view.exists, found)
@@ -178,9 +179,9 @@ class Compiler:
 
         return value
 
-    def _about(self, about: Any) -> Callable[[Scope, View], Array]:
-        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H], or a
-        character's number."""
+    def _about(self, about: Any, viewers: ty.Viewers | None) -> Callable[[Scope, View], Array]:
+        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H] of those
+        who are asked, or a character's number."""
         if isinstance(about, int):
             return lambda scope, view: about
         if about is None or isinstance(about, ty.Partition):
@@ -190,12 +191,17 @@ class Compiler:
             event = self.mask(about)
             return lambda scope, view: event(scope)
         quantity = self._aligned(about, True)
-        return lambda scope, view: quantity(_QuantityScope(scope, view.state))
+        return lambda scope, view: quantity(_QuantityScope(scope, view.state, viewers))
 
     def _valueat(self, node: ty.ValueAt) -> Closure:
         who = node.who
         self.shape.append(str(who))
-        return lambda scope: scope.world.value(scope.tables, who, scope.state)
+
+        def value(scope: _QuantityScope) -> Array:
+            found = scope.world.value(scope.tables, who, scope.state)
+            return found if scope.viewers is None else found[..., slice(*scope.viewers), :]
+
+        return value
 
     def _feature(self, node: ty.Feature) -> Closure:
         name = node.predicate
@@ -303,11 +309,11 @@ def is_of_states(world: World, condition: ty.Typed) -> bool:
 
 
 class _QuantityScope:
-    """The scope of a quantity inside an expectation: it also knows the state."""
+    """The scope of a quantity inside an expectation: it also knows the state, and who is asked."""
 
-    def __init__(self, outer: Scope, state: Array):
+    def __init__(self, outer: Scope, state: Array, viewers: ty.Viewers | None):
         self.world, self.tables, self.params = outer.world, outer.tables, outer.params
-        self.t, self.xp, self.state = outer.t, outer.xp, state
+        self.t, self.xp, self.state, self.viewers = outer.t, outer.xp, state, viewers
 
 
 def _where_exists(scope: Scope, exists: Array | bool, value: Array) -> Array:

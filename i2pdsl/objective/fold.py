@@ -61,10 +61,10 @@ class Objective:
     suffix_turns: tuple[ty.Turn, ...]
     weights: tuple[int, ...]
 
-    def alone(self, number: int) -> Objective:
-        """One of its terms without the others; it has the same compiled program."""
+    def alone(self, *terms: int) -> Objective:
+        """Some of its terms without the others; it has the same compiled program."""
         numbers = self.params.numbers.copy()
-        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        numbers[[place for i, place in enumerate(self.weights) if i not in terms]] = 0.0
         return replace(self, params=self.params._replace(numbers=numbers))
 
 
@@ -73,6 +73,7 @@ def compile_objective(
     length: int,
     terms: list[tuple[float, ty.Typed]],
     weights: Weights,
+    viewers: ty.Viewers | None = None,
     pins: Pins | None = None,
     before: int | None = None,
 ) -> Objective:
@@ -81,6 +82,7 @@ def compile_objective(
     Args:
         terms: (weight, expression); the automatic rationality term is one of them.
         weights: of the automatic terms that look at frames (film.py).
+        viewers: the observers that those are about, where not all are.
         pins: each frame that is not as it is pinned costs VIOLATION.
         before: frames before the story begins, where others of its kind begin earlier (late.py).
     """
@@ -96,7 +98,7 @@ def compile_objective(
     built = [compiler.build(e) for _, e in terms]
     seen = None
     if weights.sees_frames:
-        seen = _Seen(len(compiler.numbers), len(world.weak_chances))
+        seen = _Seen(len(compiler.numbers), len(world.weak_chances), viewers)
         compiler.numbers.extend((*weights, *world.weak_chances))
     compiler.shape += [
         str(seen),
@@ -248,10 +250,12 @@ def _total(scope: Any, own: _Sum) -> Array:
 
 @dataclass(frozen=True)
 class _Seen:
-    """Where the parameters of the terms that look at frames stand, of so many weak characters."""
+    """Where the parameters of the terms that look at frames stand, of so many weak characters; and
+    the observers that they are about, where not all are."""
 
     first: int
     weak: int
+    viewers: ty.Viewers | None
 
     @property
     def places(self) -> range:
@@ -366,7 +370,7 @@ def _step(
         film = carry.film
         if seen is not None:
             assert film is not None
-            film = see(world, tables, seen.chances(params), film, frame)
+            film = see(world, tables, seen.chances(params), film, frame, seen.viewers)
         frames = carry.frames
         if history:
             assert frames is not None

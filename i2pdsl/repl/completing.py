@@ -24,7 +24,8 @@ _PATHS = {"load": (".story", ".json"), "save": ()}
 def complete_line(text: str, offset: int, state: State) -> list[Completion]:
     """What can be written at a place of a line (or of several that belong together)."""
     typed = state.typed
-    around = Surroundings(typed.vocabulary, typed.module, state.program.folder, None, typed.length)
+    given = (typed.vocabulary, typed.module, state.program.folder, None, typed.length)
+    around = Surroundings(*given, typed.audiences)
     head = text[:offset].lstrip()
     skipped = len(text[:offset]) - len(head)
     first = head.split(None, 1)[0] if head else ""

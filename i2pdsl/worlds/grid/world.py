@@ -28,7 +28,7 @@ from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches, Viewer, log_priors, on_device
+from i2pdsl.worlds.world import Branches, Viewer, forgetting_of, log_priors, on_device
 
 Array = Any
 
@@ -316,7 +316,7 @@ def assemble(
         sharpness=tuple(sharpness),
         goals=tuple(goals),
         log_prior=log_priors(viewers, len(rows)),
-        forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
+        forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
     )
     moves = model.Moves(
         tuple(c.is_weak for c in spec.characters),
