@@ -328,6 +328,7 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     kind = kind_of(spec)
     path = kind.read(kind.rules(spec), record)  # before planning, which may take long
     world = ready_world(spec, viewers, watch)
+    story = story.of_length(len(path.actions)) if story else None
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)

@@ -133,7 +133,7 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
     if last == "RSQB" and len(top.part) > 1 and top.part[-2].type in BY_TERMINAL:
         return Enclosure(str(top.part[-2]))  # `P[audience](`, `E[audience][`
     if token.type == "LSQB":
-        if last == "PLUSPLUS":
+        if last == "PLUSPLUS" or (top.name == "pin" and last == "EQ"):
             return Enclosure("turn")
         return Enclosure("index" if last in OPERAND_ENDS else "holds")
     keyword = top.name.upper() + "_KW" if top.kind == "statement" else ""

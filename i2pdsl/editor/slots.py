@@ -46,6 +46,7 @@ _OF_STATEMENT = {
     "audience": "audience",
     "search": "search",
     "require": "condition",
+    "pin": "script",
 }
 
 
@@ -207,6 +208,8 @@ class Place:
         keyword, part = enclosure.name, enclosure.part
         if keyword in ("let", "pattern"):
             return Slot("any" if any(t.type == "EQ" for t in part) else "new")
+        if keyword == "pin" and enclosure.separator:
+            return Slot("predicate")
         return Slot(_OF_STATEMENT.get(keyword, "number"))
 
     # Calls.

@@ -87,7 +87,7 @@ def surroundings(source: Source, folder: Path | None, find_world: FindWorld) -> 
         return Surroundings(None, Module(source), folder, file)
     length = 10
     for statement in program.of(ast.LengthIs):
-        node = statement.frames
+        node = statement.most or statement.frames
         if isinstance(node, ast.Number) and 1 <= node.value <= 100_000:
             length = int(node.value)
     vocabulary = _vocabulary(program, module, folder, find_world)

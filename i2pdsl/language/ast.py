@@ -278,7 +278,15 @@ class World(Node):
 
 @dataclass(frozen=True, slots=True)
 class LengthIs(Node):
+    """`length frames`, or `length frames..most`, of which the search chooses."""
+
     frames: Expr
+    most: Expr | None = None
+
+    @property
+    def value(self) -> Span:
+        """Where the number stands, or both."""
+        return self.frames.span if self.most is None else self.frames.span.to(self.most.span)
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,6 +378,17 @@ class Require(Node):
     second: Expr | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Pin(Node):
+    """`pin script[first]: condition`, or `... = [turn]`, which need not say what everybody does;
+    of several frames with a `last` one."""
+
+    first: Expr
+    last: Expr | None
+    turn: tuple[Move | Fall, ...] = ()
+    condition: Expr | None = None
+
+
 Statement = (
     World
     | LengthIs
@@ -384,6 +403,7 @@ Statement = (
     | Audience
     | Search
     | Require
+    | Pin
 )
 
 
@@ -419,6 +439,9 @@ def children(node: Node) -> Iterator[Node]:
             yield from (*about, *given)
         case Append(script=script, turn=turn):
             yield script
+            yield from (part.place for part in turn if isinstance(part, Fall))
+        case Pin(turn=turn):
+            yield from (e for e in (node.first, node.last, node.condition) if e is not None)
             yield from (part.place for part in turn if isinstance(part, Fall))
         case _:
             for name in _field_names(node.__class__):

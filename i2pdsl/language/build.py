@@ -52,7 +52,8 @@ class Builder:
             case "world":
                 return ast.World(span, self.target(rest), self.settings(parts[2]))
             case "length":
-                return ast.LengthIs(span, self.expression(rest))
+                most = self.expression(parts[3]) if parts[3] is not None else None
+                return ast.LengthIs(span, self.expression(rest), most)
             case "start":
                 return ast.Start(span, self.expression(rest))
             case "allow":
@@ -82,8 +83,18 @@ class Builder:
             case "require_order":
                 second: Any = parts[6]
                 return ast.Require(span, self.expression(parts[2]), self.expression(second))
+            case "pin":
+                return self.pin(span, parts)
             case _:
                 return ast.Search(span, self.name(rest), self.settings(parts[2]))
+
+    def pin(self, span: Span, p: list[Any]) -> ast.Pin:
+        first = self.expression(p[3])
+        last = self.expression(p[5]) if p[5] is not None else None
+        if p[7].type == "COLON":
+            return ast.Pin(span, first, last, condition=self.expression(p[8]))
+        turn = tuple(self._turn_item(m) for m in p[8].children if isinstance(m, Tree))
+        return ast.Pin(span, first, last, turn)
 
     def pattern(self, tree: Tree[Token]) -> ast.Pattern:
         name: Any = tree.children[1]

@@ -24,6 +24,8 @@ class Calls(Beliefs):
             return self.predicate(node, env)
         if name == "points":
             return self.points(node, env)
+        if name == "beats":
+            return self.beats(node, env)
         if name in FUNCTIONS:
             return self.function(node, env)
         if found is not None or name in env.names:

@@ -96,6 +96,7 @@ class Elaboration:
     ):
         self.world = vocabulary
         self.length = length
+        self.weight: float | None = None  # of a frame in sums over t, if a search chooses T
         self.report = report
         self.query = query
         self.assumption: ty.Mask = (True,) * len(vocabulary.hypotheses)
@@ -289,7 +290,7 @@ class Elaboration:
         is_summed = env.sum_span is not None
         place = (env.times, is_summed, env.after_sum, env.inside, self.assumption)
         is_plain = env.reached is None and self.moment is None
-        key = (id(let), id(self.world), *place) if is_plain else None
+        key = (id(let), id(self.world), self.length, self.weight, *place) if is_plain else None
         known = self.lets.get(key) if key is not None else None
         if known is not None:
             if known.item is not None:

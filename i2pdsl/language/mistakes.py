@@ -64,6 +64,7 @@ _EXAMPLES = {
     "audience": "audience bayesian(beta = 1)",
     "search": "search beam(starts = 500)",
     "require": "require eventually [moved(robot)]",
+    "pin": "pin script[4]: at(robot, pink)",
     "map": "map, and the rows of the map in indented lines",
 }
 _TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
@@ -202,6 +203,10 @@ def _hint(
     every = _EVERY.search(text)
     if token.type == "AT" and every:
         return f"`{every[1]}` looks at all frames; leave out the `@ ...`"
+    if text.startswith("pin") and last == "=":
+        return "a condition follows a colon: `pin script[4]: at(...)`"
+    if text.startswith("pin") and token.type == "RSQB" and "AT" in expected:
+        return "the condition of a pin stands without brackets: `pin script[4]: at(...)`"
     if token.type == "RSQB" and "AT" in expected:
         return "a predicate is asked of a frame: `[... @ script[t]]`"
     if token.type == "COLON" and "AT" in expected:

@@ -22,6 +22,7 @@ OF_VIEWERS = {
 }
 """What a viewer may have besides the settings of the world: no constant numbers."""
 LONGEST_STORY = 100_000
+MOST_LENGTHS = 24  # that a search chooses from: each is searched
 
 
 def _whole(name: str, default: float, about: str, low: int, high: int) -> Setting:

@@ -81,6 +81,17 @@ class Requirement:
 
 
 @dataclass(frozen=True)
+class Pin(Requirement):
+    """How a frame must be: `pin script[frame]: CONDITION`, or `... = [TURN]`."""
+
+    frame: int = 0
+
+    def missed(self) -> Diagnostic:
+        message = f"no script was found whose frame {self.frame} is so, and that keeps as many"
+        return Diagnostic("unmet", f"{message} of the others", self.span, severity="warning")
+
+
+@dataclass(frozen=True)
 class SearchPlan:
     """How to look for the script: what is given in `search METHOD(...)`.
 
@@ -125,6 +136,10 @@ class TypedStory:
         assumption: the mask that every belief is conditioned on.
         audiences: the viewers of all beliefs that name no others, and those that have names.
         requirements: what must hold before any objective counts.
+        pins: how single frames must be, as much as the requirements.
+        lengths: where the search chooses the length, the story of each, from the shortest to this
+            one, which is the longest. Their sums over t count as if they had as many frames.
+        longest: of such a story the greatest length, else 0.
     """
 
     name: str
@@ -142,7 +157,25 @@ class TypedStory:
     search: SearchPlan
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
+    pins: tuple[Pin, ...] = ()
+    lengths: tuple[TypedStory, ...] = field(default=(), compare=False)
+    longest: int = 0
     warnings: tuple[Diagnostic, ...] = ()
+
+    @property
+    def room(self) -> int:
+        """The frames that its program has: the greatest length of a story of several."""
+        return self.longest or self.length
+
+    @property
+    def frames(self) -> str:
+        """How many there are, in words."""
+        shortest = f"{self.lengths[0].length} to " if self.lengths else ""
+        return f"{shortest}{self.length} frames"
+
+    def of_length(self, length: int) -> TypedStory:
+        """The story of a script with so many frames, where the search chooses how many."""
+        return next((each for each in self.lengths if each.length == length), self)
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
         """What is wrong with a world or a search, said at the story's statement."""

@@ -248,18 +248,35 @@ class Feature:
 
 
 @dataclass(frozen=True)
+class Acted:
+    """Whether a frame's turn is this one: of a character with None anything is."""
+
+    turn: tuple[Act | None, ...] | Drop
+    moment: Moment
+
+    @property
+    def axes(self) -> Axes:
+        return self.moment.axes
+
+
+@dataclass(frozen=True)
 class When:
-    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does."""
+    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does.
+
+    The number is told less `before`, the frames before the story begins (objective/late.py).
+    """
 
     body: Typed
     last: int
+    before: int = 0
     axes = NO_AXES
 
 
 @dataclass(frozen=True)
 class FrameCount:
-    """How many frames there are so far."""
+    """How many frames there are so far, less `before` (objective/late.py)."""
 
+    before: int | None = None
     axes = NO_AXES
 
 
@@ -286,6 +303,17 @@ class Reduction:
     axes = NO_AXES
 
 
+@dataclass(frozen=True)
+class Beats:
+    """The greatest sum over t = 1..last of one of `parts` at a time, each in its turn: the first
+    for some frames, then the second, and so on, none for fewer than `least`."""
+
+    parts: tuple[Typed, ...]
+    least: int
+    last: int
+    axes = NO_AXES
+
+
 Typed = (
     Constant
     | TimeIndex
@@ -298,10 +326,12 @@ Typed = (
     | PerHypothesis
     | Belief
     | Feature
+    | Acted
     | When
     | FrameCount
     | Away
     | Reduction
+    | Beats
 )
 
 

@@ -10,6 +10,8 @@ from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.film import costs, film_of, weighed
 from i2pdsl.objective.fold import Objective, compile_objective
 from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.late import later, pins_later
+from i2pdsl.objective.pins import pinned
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.requirements import violations
 from i2pdsl.worlds.world import World
@@ -33,9 +35,19 @@ def all_terms(story: TypedStory) -> list[tuple[float, ty.Typed]]:
 
 
 def story_objective(story: TypedStory, world: World) -> Objective:
-    """The compiled objective of a story, automatic terms and broken requirements included."""
+    """The compiled objective of a story, automatic terms and broken requirements included.
+
+    Of a story of several lengths it has the shape of the longest one's (late.py).
+    """
     terms = all_terms(story) + violations(story, world)
-    return compile_objective(world, story.length, terms, story.weights, story.viewers)
+    pins = pinned(story, world)
+    if not story.longest:
+        return compile_objective(world, story.length, terms, story.weights, story.viewers, pins)
+    before = story.longest - story.length
+    terms = [(weight, later(expression, before)) for weight, expression in terms]
+    pins = pins_later(pins, before)
+    given = (story.weights, story.viewers, pins, before)
+    return compile_objective(world, story.longest, terms, *given)
 
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:

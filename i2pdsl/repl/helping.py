@@ -20,8 +20,7 @@ def explain(word: str, state: State) -> str:
     """A word's signature, meaning and example. Raises StoryError for one that means nothing."""
     if not word:
         return _overview(state)
-    found = command_named(word) or word_named(word)
-    parts = [_entry(found, state)] if found is not None else []
+    parts = [_entry(found, state) for found in (command_named(word), word_named(word)) if found]
     parts += _of_the_story(word, state)
     if parts:
         return "\n\n".join(parts)

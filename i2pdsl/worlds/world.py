@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 
-from i2pdsl.language.typed import Turn
+from i2pdsl.language.typed import Act, Drop, Turn
 from i2pdsl.language.vocabulary import Vocabulary
 
 Array = Any
@@ -101,6 +101,12 @@ class World(Protocol):
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
+
+    def is_turn(
+        self, tables: Tables, before: Array, action: Array, turn: tuple[Act | None, ...] | Drop
+    ) -> Array:
+        """Whether an action from a state is a turn, in which of a character with None anything is;
+        a move that fails must have been possible."""
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """The checker's arguments of a predicate in the world's own numbers."""
@@ -274,6 +280,9 @@ class ContinuousWorld:
         raise NotImplementedError("nothing happens but what characters do")
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> NoReturn:
+        raise NotImplementedError("actions have no names")
+
+    def is_turn(self, tables: Tables, before: Array, action: Array, turn: Any) -> NoReturn:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:

@@ -409,3 +409,15 @@ def test_what_is_asked_of_all_frames_needs_no_frame() -> None:
     assert {"@", "]"} <= found("require [moved(robot)")
     assert found("require [moved(robot)] bef") == {"before"}
     assert {"when"} <= found("maximize twist(rho > 0, rho < 0, turn = ")
+
+
+def test_pins() -> None:
+    def found(line: str) -> set[str]:
+        text = f"world kitchen\n{line}"
+        around = surroundings(Source("x.story", text), None, find_vocabulary)
+        return {c.text for c in complete(text, len(text), around)}
+
+    assert "script" in found("pin ")
+    assert {"at", "moved"} <= found("pin script[4]: ")
+    assert {"cheese", "robot"} <= found("pin script[4] = [")
+    assert "south" in found("pin script[4] = [robot: ")

@@ -860,3 +860,17 @@ def test_maps_with_wide_signs_stand_in_columns(
     bars = on_a_terminal(looked, Ink()).splitlines()[-2:]
     one, other = (display_width(bar[: bar.index("0.5")]) for bar in bars)
     assert one == other
+
+
+def test_pinned_frames_are_statements_that_can_be_taken_out(session: Session) -> None:
+    right(session, "pin 9,2-3")
+    told = right(session, "story").shown[0]
+    assert isinstance(told, Text)
+    assert [told.text.count(f"pin script[{k}]") for k in (2, 3, 9)] == [2, 1, 2]
+    right(session, "unpin 9")
+    assert {pin.frame for pin in session.state.typed.pins} == {2, 3}
+    right(session, "pin script[4]: at(robot, pink)")
+    right(session, "unpin")
+    assert not session.state.typed.pins
+    assert "expected frames from 1 to 15" in refused(session, "pin 16")
+    assert "nothing is pinned" in refused(session, "unpin 3")
