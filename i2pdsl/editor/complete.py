@@ -210,8 +210,10 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
+    pinned = place.keyword == "pin" and kind == "EQ"
     asked = kind in BY_TERMINAL and (len(place.around.audiences) > 1 or bool(place.own))
-    if not (scripts or asked) and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
+    fits = scripts or pinned or asked
+    if not fits and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`

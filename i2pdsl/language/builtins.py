@@ -235,9 +235,9 @@ STATEMENTS: tuple[Word, ...] = (
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
 _SEVERAL = (
-    "start", "allow", "let", "pattern", "import", "maximize", "minimize", "audience", "require",
-    "pin",
-)  # fmt: skip
+    *("start", "allow", "let", "pattern", "import", "maximize", "minimize", "audience"),
+    *("require", "pin"),
+)
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 

@@ -40,14 +40,13 @@ def story_objective(story: TypedStory, world: World) -> Objective:
     Of a story of several lengths it has the shape of the longest one's (late.py).
     """
     terms = all_terms(story) + violations(story, world)
-    pins = pinned(story, world)
-    if not story.longest:
-        return compile_objective(world, story.length, terms, story.weights, story.viewers, pins)
-    before = story.longest - story.length
-    terms = [(weight, later(expression, before)) for weight, expression in terms]
-    pins = pins_later(pins, before)
+    pins, before = pinned(story, world), None
+    if story.longest:
+        before = story.longest - story.length
+        terms = [(weight, later(expression, before)) for weight, expression in terms]
+        pins = pins_later(pins, before)
     given = (story.weights, story.viewers, pins, before)
-    return compile_objective(world, story.longest, terms, *given)
+    return compile_objective(world, story.room, terms, *given)
 
 
 def score_script(story: TypedStory, world: World, frames: Frame) -> float:

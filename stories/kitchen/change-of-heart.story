@@ -7,7 +7,7 @@ maximize beats(depict(rho > 0 and G_cheese = pink), depict(rho < 0 and G_cheese 
 
 require eventually [pushes(robot, cheese)]
 
-# expect max_t P(rho > 0 and G_cheese = pink | script[:t]) >= 0.9
+# expect max_t P(rho > 0 and G_cheese = pink | script[:t]) >= 0.8
 # expect P(rho < 0 and G_cheese = pink | script[:T]) >= 0.9
 # expect sum_t [pushes(robot, cheese) @ script[t]] >= 1
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.8
