@@ -45,7 +45,7 @@ def figures(path: Path, script: Script, seconds: float) -> list[list[float]]:
     asked = [e for e in expectations(path) if e.expression not in ("still", "luck")]
     regret = luck = math.nan
     if "naturalness" in world.vocabulary.automatic:
-        film = film_of(world, script.frames)
+        film = film_of(world, script.frames, typed.viewers)
         regret, luck = float(film.regret), float(film.luck.max(initial=0.0))
     verdict = judge(typed, panel(typed, world), script.trajectory, script.frames)
     score = score_script(typed, world, script.frames)

@@ -48,7 +48,7 @@ def offered(session: Session, line: str) -> set[str]:
     [
         # Commands.
         ("pl", {"plot", "play", "plausibility"}),
-        ("sh", {"show"}),
+        ("sh", {"show", "shared_secret"}),
         ("so", {"solve"}),
         ("  un", {"undo"}),
         ("h", {"help"}),
