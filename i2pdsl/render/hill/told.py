@@ -19,8 +19,8 @@ from i2pdsl.render.key_frames import EDGE, TURN
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hill.hopper import NODE_COUNT
-from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 from i2pdsl.worlds.hill.spec import EAGER
+from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT, WILL
 
 # From the heaviest to the lightest; dashes and labels tell them apart too.
