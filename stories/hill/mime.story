@@ -11,7 +11,7 @@ audience average(bayesian(), bayesian(controller = 0), bayesian(controller = 1))
 let work = [effort(hopper) @ script[t]]
 
 maximize 15 * depict(weight = 0.5 and will = eager)
-maximize sum_t (3 * min(work, 1.25) - 1.5 * work + 1.5 * [taut(hopper) @ script[t]])
+maximize sum_t (3 * min(work, 1.25) - 1.5 * work + 2.5 * [taut(hopper) @ script[t]])
 maximize sum_t 0.05 * [progress(box) @ script[t]]
 
 # Who pulls so gently does not fall: no need to look ahead.
