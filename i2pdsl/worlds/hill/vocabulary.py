@@ -43,7 +43,7 @@ _WORDS = {"evidence": ("motion", "mass"), "will": (EAGER, LAZY)}
 _DOCUMENTATION = {
     "weight": "the weight of the box, as it is",
     "weights": "what viewers think it could be, as in {0.1, 0.3, 0.5}",
-    "will": "eager or lazy, of the hopper as it is; viewers wonder about it where `lazy` is below 1",
+    "will": "eager or lazy, of the hopper as it is; viewers wonder about it if `lazy` is below 1",
     "lazy": "the share of its controller's actuation that a lazy hopper uses; 1: nobody is lazy",
     "slope": "angle of the slope, in radians",
     "gravity": "acceleration of falling bodies",
