@@ -98,7 +98,7 @@ def sentence(event: Claims, condition: Claims) -> tuple[str, str]:
 def _one(latent: str, values: Sequence[Value]) -> str:
     """That something has one of some values: the box its weight, the hopper its will."""
     if latent == WILL and len(values) == 1:
-        return "the hopper does its best" if values[0] == EAGER else "the hopper is lazy"
+        return "the hopper tries" if values[0] == EAGER else "the hopper is lazy"
     named = " or ".join(map(show_value, values))
     return f"the box has weight {named}" if latent == WEIGHT else f"{latent} is {named}"
 
