@@ -2,10 +2,12 @@
 heavy controller on the light box), and what observers believe whom the optimiser never saw.
 
     python benchmarks/hill_audience.py [--seeds 0,1,2,3,4] [--quick]
+    python benchmarks/hill_audience.py --will [--seeds 0,1,2,3,4]
 
 An executing seed is the training seed of the controllers that act, and that the optimiser's own
 observer imagines; the held-out observers imagine those of the other training seeds, one each, and
-are pooled by their mean log-odds. P is the mean over all frames of P(weight = 0.5).
+are pooled by their mean log-odds. P is the mean over all frames of P(weight = 0.5), with --will of
+P(weight = 0.5 and will = eager), for viewers who wonder whether the hopper does its best.
 """
 
 from __future__ import annotations
@@ -29,10 +31,18 @@ from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"
 SHIPPED = (0, 1, 2, 3, 4)
+LAZY = 0.1  # as in mime.story
 HONEST = "world hill(weight = {})\nlength 800\nsearch naive(noise = 0.1)\n"
 PLAIN = """world hill(weight = 0.1)
 length 800
 maximize depict(weight = 0.5)
+search descend(window = 50, overlap = 0, lookahead = 0, steps = 40, rate = 0.1)
+"""
+# The mime as it was before viewers could think of a lazy hopper: it does little.
+GENTLE = """world hill(weight = 0.1)
+length 800
+maximize depict(weight = 0.5)
+maximize sum_t (0.3 * [progress(box) @ script[t]] - 0.05 * [effort(hopper) @ script[t]])
 search descend(window = 50, overlap = 0, lookahead = 0, steps = 40, rate = 0.1)
 """
 
@@ -83,21 +93,80 @@ def climbed(world: HillWorld, path: Trajectory) -> float:
     return float(gone.sum())
 
 
+def tries(path: Trajectory, settings: dict[str, float | str], imagined: int) -> np.ndarray:
+    """P(weight = 0.5 and will = eager) after each frame, for one observer, [T]."""
+    spec = HillSpec().with_settings({**settings, "lazy": LAZY})
+    viewer = Viewer(spec.with_settings({"controller": imagined}))
+    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).belief[1:, 0]
+    return np.exp(belief[:, spec.hypotheses.index((0.5, "eager"))])
+
+
+def pooled(each: list[np.ndarray]) -> float:
+    """The mean over all frames of what observers believe together, by their mean log-odds."""
+    return share(np.mean([np.log(p / (1 - p)) for p in each], axis=0))
+
+
+def wills(seeds: tuple[int, ...]) -> None:
+    """mime.story beside honest and lazy motion. The story tells its mime to three observers; those
+    of the two other training seeds are held out."""
+    lines = (STORIES / "mime.story").read_text(encoding="utf-8").splitlines()
+    mime = "\n".join(line for line in lines if not line.startswith("#")).strip()
+    length = 350
+    print("| executing | script | box, units | effort | rope taut | own P | held-out P | pooled |")
+    print("|---|---|---|---|---|---|---|---|")
+    for executing in seeds:
+        others = [seed for seed in SHIPPED if seed != executing]
+        first, second, *held = others
+        text = mime.replace("controller = 0", f"controller = {first}")
+        text = text.replace("controller = 1)", f"controller = {second})")
+        told: dict[str, tuple[str, dict[str, float | str]]] = {
+            "honest light": (HONEST.format(0.1), {"weight": 0.1}),
+            "honest heavy": (HONEST.format(0.5), {"weight": 0.5}),
+            "lazy, heavy box": (
+                HONEST.format(f"0.5, will = lazy, lazy = {LAZY}"),
+                {"weight": 0.5, "will": "lazy"},
+            ),
+            "mime.story": (text, {"weight": 0.1}),
+        }
+        for name, (story, settings) in told.items():
+            settings["controller"] = executing
+            script = script_of(story, executing, length)
+            path = script.trajectory
+            each = [tries(path, settings, seed) for seed in held]
+            own = float(tries(path, settings, executing).mean())
+            way, effort, taut = (
+                float(script.query(asked))
+                for asked in (
+                    "sum_t [progress(box) @ script[t]]",
+                    "mean_t [effort(hopper) @ script[t]]",
+                    "mean_t [taut(hopper) @ script[t]]",
+                )
+            )
+            shown = ", ".join(f"{p.mean():.2f}" for p in each)
+            print(
+                f"| {executing} | {name} | {way:.0f} | {effort:.2f} | {taut:.2f} | {own:.3f} "
+                f"| {shown} | **{pooled(each):.2f}** |",
+                flush=True,
+            )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", default=",".join(map(str, SHIPPED)))
     parser.add_argument("--quick", action="store_true", help="200 frames instead of 800")
+    parser.add_argument("--will", action="store_true", help="the table of mime.story")
     given = parser.parse_args()
     length = 200 if given.quick else 800
-    lines = (STORIES / "mime.story").read_text(encoding="utf-8").splitlines()
-    mime = "\n".join(line for line in lines if not line.startswith("#"))
+    if given.will:
+        wills(tuple(map(int, given.seeds.split(","))))
+        return
     told = {
         "honest light": (HONEST.format(0.1), 0.1),
         "honest heavy": (HONEST.format(0.5), 0.5),
         "heavy controller, light box": ("", 0.1),
         "limp hopper, light box": ("", 0.1),
         "mime, belief alone": (PLAIN, 0.1),
-        "mime.story": (mime, 0.1),
+        "mime that does little": (GENTLE, 0.1),
         "told to two observers": (
             PLAIN + "audience average(bayesian(), bayesian(controller = {other}))\n",
             0.1,

@@ -24,7 +24,7 @@ maximize depict(heavy)
 """
 
 
-MIME_OF_ALL = STORIES / "hill" / "mime.story"  # of sixteen windows
+MIME_OF_ALL = STORIES / "hill" / "mime.story"  # of seven windows
 
 
 @pytest.fixture

@@ -416,6 +416,9 @@ class Elaboration:
         elif name in self.world.predicates:
             message = f"`{name}` is asked of a frame"
             hint = f"write `[{name}(...) @ script[t]]`"
+        elif name in self.world.settings:
+            message = f"`{name}` is a setting of {self.world.world}"
+            hint = self.world.settings[name].documentation
         elif name in FUNCTIONS:
             message = f"`{name}` needs its arguments"
             hint = f"write `{FUNCTIONS[name].signature}`"

@@ -1,15 +1,24 @@
-# The box is light, but viewers shall believe that it is heavy: the hopper mimes.
-# Paper, section 3.3. A mime who pulls with all his might moves as no heavy hauler would, so
-# effort costs a little: then viewers who know other controllers are persuaded too (docs/hill.md).
-world hill(weight = 0.1)
-length 800
+# The box is light, but viewers shall believe that it is heavy and that the hopper does its best:
+# it must look as if it worked hard and did not get far. Paper, section 3.3. Viewers who could not
+# imagine a lazy hopper would take one that does little for a strong one with a heavy box
+# (docs/hill.md). They know the gaits of three hoppers: what persuades all of them is less the gait
+# of any one.
+world hill(weight = 0.1, lazy = 0.1)
+length 350
 
-maximize depict(weight = 0.5)
-maximize sum_t (0.3 * [progress(box) @ script[t]] - 0.05 * [effort(hopper) @ script[t]])
+audience average(bayesian(), bayesian(controller = 0), bayesian(controller = 1))
+
+let work = [effort(hopper) @ script[t]]
+
+maximize 15 * depict(weight = 0.5 and will = eager)
+maximize sum_t (3 * min(work, 1.25) - 1.5 * work + 2.5 * [taut(hopper) @ script[t]])
+maximize sum_t 0.05 * [progress(box) @ script[t]]
 
 # Who pulls so gently does not fall: no need to look ahead.
-search descend(window = 50, overlap = 0, lookahead = 0, steps = 40, rate = 0.1)
+search descend(seeds = 4, window = 50, overlap = 0, lookahead = 0, steps = 60, rate = 0.1)
 
-# expect mean_t P(weight = 0.5 | script[:t]) >= 0.9
+# expect mean_t P(weight = 0.5 and will = eager | script[:t]) >= 0.85
+# expect mean_t [effort(hopper) @ script[t]] >= 1.25
+# expect mean_t [taut(hopper) @ script[t]] >= 0.6
 # expect sum_t [progress(box) @ script[t]] >= 5
 # expect max_t [fallen(hopper) @ script[t]] <= 0

@@ -1,5 +1,5 @@
 # A heavy box, it seems; then, half way up, everybody sees that it is light.
-# The hopper mimes as in mime.story, and drops the act at the turn.
+# The hopper does little, which these viewers take for hard work, and drops the act at the turn.
 world hill(weight = 0.1)
 length 800
 

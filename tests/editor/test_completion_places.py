@@ -170,6 +170,8 @@ IN_WORLDS = {
     "world kitchen(hypotheses = ¦": "merged literal",
     "world hill(evidence = ¦": "motion mass",
     "world hill(weight = ¦": "0.1",
+    "world hill(will = ¦": "eager lazy",
+    "world hill(lazy = 0.15)\nlength 9\nmaximize P(will = ¦": "eager lazy",
     "world kit¦": "kitchen",
 }
 
@@ -182,7 +184,7 @@ def test_the_settings_of_worlds(place: str) -> None:
 ON_THE_HILL = {
     "maximize P(¦": "weight not",
     "maximize P(weight = ¦": "0.1 0.5",
-    "maximize [¦": "fallen progress effort not",
+    "maximize [¦": "fallen taut progress effort not",
     "maximize [progress(¦": "hopper box",
     "search ¦": "descend naive",
     "search naive(¦": "noise",

@@ -160,7 +160,12 @@ def test_absent_things_and_events(tmp_path) -> None:
 
 def test_frames_of_the_hill(hill: Script) -> None:
     table = hill.frame_table()
-    assert table.columns.tolist() == ["hopper_fallen", "box_progress", "hopper_effort"]
+    assert table.columns.tolist() == [
+        "hopper_fallen",
+        "hopper_taut",
+        "box_progress",
+        "hopper_effort",
+    ]
     assert table.index.tolist() == list(range(13))
     assert table.loc[0].isna().all()
     expected = float(hill.query("sum_t [progress(box) @ script[t]]"))

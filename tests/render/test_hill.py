@@ -152,9 +152,9 @@ def test_the_camera_follows_smoothly_and_sees_everything():
         x = camera_way(p)
         away = p.positions[:, 0] - x[:, None]
         above = p.positions[:, 1] - np.tan(SLOPE) * x[:, None]
-        assert view.left + 2 < away.min()
-        assert away.max() < view.right - 6
-        assert above.max() < view.top - 6
+        assert view.left + 1 < away.min()
+        assert away.max() < view.right - 3
+        assert above.max() < view.top - 4
         assert view.bottom < np.tan(SLOPE) * view.left - 4
 
 

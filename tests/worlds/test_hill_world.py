@@ -47,25 +47,33 @@ def reference_inputs(state: reference.State, weight: float) -> list[float]:
     return [*scaled, -1.0 if weight == 0.1 else 1.0]
 
 
-@pytest.mark.parametrize("truth", WEIGHTS)
-def test_beliefs_and_values_agree_with_the_reference(truth: float) -> None:
-    """Policies, one imagined frame for each hypothesis, Bayes and forgetting; and V."""
-    hill = world(weight=truth, sigma=0.7, forgetting=1e-3)
+@pytest.mark.parametrize(
+    ("truth", "will", "lazy"), [(0.1, "eager", 1), (0.5, "eager", 0.3), (0.1, "lazy", 0.15)]
+)
+def test_beliefs_and_values_agree_with_the_reference(truth: float, will: str, lazy: float) -> None:
+    """Policies, one imagined frame for each hypothesis, Bayes and forgetting; and V.
+
+    A lazy hopper does what an eager one would do, with a share of the actuation.
+    """
+    hill = world(weight=truth, will=will, lazy=lazy, sigma=0.7, forgetting=1e-3)
     path = hill_rollout(hill, 6, 0.5, seed=3)
     frames = replay(hill, path.states, path.actions)
-    belief = [0.5, 0.5]
+    shares = {"eager": 1.0} if lazy == 1 else {"eager": 1.0, "lazy": lazy}
+    rows = [(weight, share) for weight in WEIGHTS for share in shares.values()]
+    belief = [1 / len(rows)] * len(rows)
     for t in range(6):
         before, after = as_reference(path.states[t]), as_reference(path.states[t + 1])
         own = reference.network(reference_network("policy"), reference_inputs(before, truth))
-        used = [a + b for a, b in zip(own, path.actions[t], strict=True)]
+        used = [shares[will] * a + b for a, b in zip(own, path.actions[t], strict=True)]
         np.testing.assert_allclose(hill.actuation(path.states[t], path.actions[t]), used)
         follows, _ = reference.step(before, used, truth)
         np.testing.assert_allclose(from_reference(follows), path.states[t + 1], atol=1e-7)
         logs = []
-        for weight in WEIGHTS:
+        for weight, share in rows:
             imagined = reference.network(
                 reference_network("policy"), reference_inputs(before, weight)
             )
+            imagined = [share * a for a in imagined]
             predicted, _ = reference.step(before, imagined, weight)
             logs.append(reference.log_likelihood(after, predicted, 0.7))
         np.testing.assert_allclose(frames.log_rows[t + 1, 0, 0], logs, atol=1e-7)
@@ -73,7 +81,7 @@ def test_beliefs_and_values_agree_with_the_reference(truth: float) -> None:
         np.testing.assert_allclose(np.exp(frames.belief[t + 1, 0]), belief, atol=1e-7)
         values = [
             100 * reference.network(reference_network("value"), reference_inputs(after, w))[0]
-            for w in WEIGHTS
+            for w, _ in rows
         ]
         np.testing.assert_allclose(hill.value(hill.tables, 0, path.states[t + 1])[0], values)
 
@@ -131,6 +139,11 @@ def test_features_of_a_frame() -> None:
     used = hill.actuation(before, path.actions)
     np.testing.assert_allclose(ask("effort", 0), (used**2).mean(-1))
     np.testing.assert_array_equal(ask("fallen", 0), 0.0)
+    hand, hook = (after.reshape(-1, 4, 19)[:, :2, node] for node in (6, 12))
+    length = np.linalg.norm(hand - hook, axis=1)
+    taut = length > reference.rest_length(reference.ROPE, [])
+    assert 0 < taut.sum() < len(taut)
+    np.testing.assert_array_equal(ask("taut", 0), taut)
     lying = path.states[-1].reshape(4, 19).copy()
     lying[1, 9] -= 9.5  # the head alone
     fallen = hill.feature(hill.tables, "fallen", (0,), lying.reshape(-1))
@@ -149,6 +162,31 @@ def test_fallen_has_a_direction_but_is_exact() -> None:
     for lower, expected in ((8.5, 0.0), (9.5, 1.0)):
         assert fallen(jnp.float32(lower)) == expected
         assert jax.grad(fallen)(jnp.float32(lower)) > 0.01
+
+
+def test_taut_has_a_direction_but_is_exact() -> None:
+    """Of the rope too: a descent feels that it should be pulled."""
+    hill = world()
+    tables = jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), hill.tables)
+
+    def taut(back: jax.Array) -> jax.Array:
+        state = jnp.asarray(hopper.initial_state(), jnp.float32)
+        return hill.feature(tables, "taut", ("hopper",), state.at[11:19].add(-back), state)
+
+    for back, expected in ((-0.1, 0.0), (0.1, 1.0)):
+        assert taut(jnp.float32(back)) == expected
+        assert jax.grad(taut)(jnp.float32(back)) > 0.1
+
+
+@pytest.mark.parametrize("will", ["eager", "lazy"])
+def test_who_does_its_best_is_told_from_who_does_not(will: str) -> None:
+    """The weight too, though where little moves there is less to see of it."""
+    hill = world(weight=0.5, will=will, lazy=0.15)
+    path = hill_rollout(hill, 60, 0.0, seed=0)
+    belief = np.exp(replay(hill, path.states, path.actions).belief[-1, 0])
+    rows = hill.spec.hypotheses
+    assert sum(p for p, row in zip(belief, rows, strict=True) if row[1] == will) > 0.9
+    assert rows[belief.argmax()] == (0.5, will)
 
 
 @pytest.mark.parametrize("truth", WEIGHTS)

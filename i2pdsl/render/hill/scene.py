@@ -21,7 +21,7 @@ from i2pdsl.render.hill.scenery import (
 from i2pdsl.worlds.hill.hopper import HIPS
 
 FOLLOW_SECONDS = 0.8  # over about so long the camera evens out the hopper's steps
-HEAD_ROOM, BEHIND, AHEAD, SOIL_ROOM = 7.0, 3.0, 9.0, 7.0  # world units around what moves
+HEAD_ROOM, BEHIND, AHEAD, SOIL_ROOM = 5.0, 2.0, 4.0, 7.0  # world units around what moves
 
 
 def camera_way(performance: Performance) -> np.ndarray:

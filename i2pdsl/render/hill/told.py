@@ -19,8 +19,9 @@ from i2pdsl.render.key_frames import EDGE, TURN
 from i2pdsl.render.mind import PALETTE, Panel, Series, Window
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hill.hopper import NODE_COUNT
+from i2pdsl.worlds.hill.spec import EAGER
 from i2pdsl.worlds.hill.springs import FRAME_SECONDS
-from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT
+from i2pdsl.worlds.hill.vocabulary import HOPPER, WEIGHT, WILL
 
 # From the heaviest to the lightest; dashes and labels tell them apart too.
 _COLORS = ("#c65102", "#0068b0", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
@@ -33,7 +34,7 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     world: Any = script.world  # a HillWorld
     states = script.trajectory.states
     positions = states[:, : 2 * NODE_COUNT].reshape(-1, 2, NODE_COUNT)
-    usual = (_beliefs(script), *_curves(script))
+    usual = (*_beliefs(script), *_curves(script))
     focus = focus_of(script, usual, sentence)
     moments = {t: TURN * weight for t, weight in focus.turns.items()}
     return Performance(
@@ -52,7 +53,22 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
     )
 
 
-def _beliefs(script: Script) -> Panel:
+def _beliefs(script: Script) -> list[Panel]:
+    """What viewers think of the box, and of the hopper where they wonder about it."""
+    found = [_weights(script)]
+    latents = script.world.vocabulary.latents
+    if WILL in latents:
+        curves = script.query(f"P({WILL} | script[:t])", assume="nothing").T
+        series = tuple(
+            Series(str(value), np.asarray(curve), color, claim=_one(WILL, [value]))
+            for value, curve, color in zip(latents[WILL].values, curves, _COLORS, strict=False)
+        )
+        question = "whether the hopper does its best"
+        found.append(Panel("hopper's will", "probability", series, "probability", WILL, question))
+    return found
+
+
+def _weights(script: Script) -> Panel:
     """The probability of each weight, from the heaviest."""
     weights = script.world.vocabulary.latents[WEIGHT].values
     curves = script.query(f"P({WEIGHT} | script[:t])", assume="nothing").T
@@ -80,7 +96,9 @@ def sentence(event: Claims, condition: Claims) -> tuple[str, str]:
 
 
 def _one(latent: str, values: Sequence[Value]) -> str:
-    """That something has one of some values: the box its weight."""
+    """That something has one of some values: the box its weight, the hopper its will."""
+    if latent == WILL and len(values) == 1:
+        return "the hopper tries" if values[0] == EAGER else "the hopper is lazy"
     named = " or ".join(map(show_value, values))
     return f"the box has weight {named}" if latent == WEIGHT else f"{latent} is {named}"
 

@@ -18,6 +18,7 @@ Array = Any
 
 MOVED = 0.02  # units in a frame that are seen as a motion of a node (about a tenth of a hop's)
 SOFTNESS = 1.0  # units of height over which the smooth step of `fallen` rises
+SLACKNESS = 0.3  # units of stretch over which that of `taut` does
 
 
 class Tables(NamedTuple):
@@ -165,7 +166,9 @@ def feature(
     shape = state.shape[:-1]
     if name == "fallen":
         height = springs.head_height(tables.body, motion.position).reshape(shape)
-        return _below(height, springs.HEAD_FALLEN)
+        return _below(height, springs.HEAD_FALLEN, SOFTNESS)
+    if name == "taut":
+        return _below(-springs.stretch(tables.body, motion.position).reshape(shape), 0.0, SLACKNESS)
     assert before is not None
     if name == "effort":
         return (actuation(tables, before, action) ** 2).mean(-1)
@@ -182,17 +185,17 @@ def is_still(state: Array, after: Array) -> Array:
     return (xp.sqrt((moved**2).sum(0)).max(0) < MOVED).reshape(state.shape[:-1])
 
 
-def _below(height: Array, limit: float) -> Array:
-    """1 where a height is below a limit, else 0.
+def _below(length: Array, limit: float, softness: float) -> Array:
+    """1 where a length is below a limit, else 0.
 
     Exact; but JAX differentiates a smooth step in its place, so that a descent which is asked to
     avoid it feels in which direction to go.
     """
-    xp = height.__array_namespace__()
-    below = xp.where(height < limit, 1.0, 0.0)
+    xp = length.__array_namespace__()
+    below = xp.where(length < limit, 1.0, 0.0)
     if xp.__name__ == "numpy":
         return below
     from jax.lax import stop_gradient
 
-    smooth = 1 / (1 + xp.exp(xp.clip((height - limit) / SOFTNESS, -30.0, 30.0)))
+    smooth = 1 / (1 + xp.exp(xp.clip((length - limit) / softness, -30.0, 30.0)))
     return smooth + stop_gradient(below - smooth)

@@ -6,9 +6,11 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, field, replace
+from itertools import product
 from typing import Any, ClassVar
 
 NAME = "hill"
+EAGER, LAZY = "eager", "lazy"  # of the will: to do one's best, or less
 DOCUMENTATION = """A hopper of masses and springs pulls a box up a slope.
 How much the box weighs, viewers infer from how the hopper moves."""
 
@@ -19,6 +21,8 @@ class HillSettings:
 
     weight: float = 0.1  # of the box, as it is
     weights: tuple[float, ...] = (0.1, 0.5)  # what viewers think it could be
+    will: str = EAGER  # of the hopper, as it is
+    lazy: float = 1.0  # the share of its actuation that a lazy hopper uses; 1: nobody is lazy
     slope: float = 0.1  # radians
     gravity: float = 1.2
     friction: float = 0.3  # Coulomb's coefficient of the hopper's feet
@@ -55,6 +59,20 @@ class HillSpec:
         if "weights" in changes:
             changes = {**changes, "weights": tuple(sorted(map(float, changes["weights"])))}
         return replace(self, settings=replace(self.settings, **changes))
+
+    @property
+    def wills(self) -> tuple[str, ...]:
+        """What viewers think the hopper's will could be."""
+        return (EAGER, LAZY) if self.settings.lazy < 1 else (EAGER,)
+
+    @property
+    def hypotheses(self) -> tuple[tuple[float, str], ...]:
+        """What viewers think could be true: a weight and a will each."""
+        return tuple(product(self.settings.weights, self.wills))
+
+    def share(self, will: str) -> float:
+        """How much of its controller's actuation a hopper of a will uses."""
+        return self.settings.lazy if will == LAZY else 1.0
 
     @property
     def trained_weights(self) -> tuple[float, ...]:

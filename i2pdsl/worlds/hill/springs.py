@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from i2pdsl.worlds.hill.hopper import (
     FIRST_MUSCLE,
+    HAND,
     HEAD_LEFT,
     HOOK,
     HOPPER,
@@ -109,6 +110,13 @@ def head_height(body: Body, position: Array) -> Array:
     """Of the head above the slope below the left foot, [B]."""
     xp = position.__array_namespace__()
     return position[1, HEAD_LEFT] - xp.tan(body.slope) * position[0, LEFT_FOOT]
+
+
+def stretch(body: Body, position: Array) -> Array:
+    """How much longer the rope is than at rest, [B]; negative where it is slack."""
+    xp = position.__array_namespace__()
+    apart = position[:, HAND] - position[:, HOOK]
+    return xp.sqrt((apart**2).sum(0)) - body.rest[ROPE_SPRING]
 
 
 def observation(body: Body, motion: Motion) -> Array:

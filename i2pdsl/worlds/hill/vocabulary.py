@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import fields
 
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
-from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.spec import EAGER, LAZY, HillSpec
 
-WEIGHT = "weight"
+WEIGHT, WILL = "weight", "will"
 HOPPER, BOX = "hopper", "box"
 PREDICATES = (
     Predicate("fallen", ("character",), "its head is below 5 units above the slope", True),
+    Predicate("taut", ("character",), "its rope is stretched: longer than it is at rest", True),
     Predicate("progress", ("thing",), "units that it went up the slope in that frame", True, True),
     Predicate("effort", ("character",), "the mean square of its muscles' actuation", True, True),
 )
@@ -33,14 +34,17 @@ _RANGES: dict[str, _Number] = {
     "box_friction": _between(0.0, 10.0),
     "node_mass": _between(10.0, 100.0),
     "foot_mass": _between(10.0, 1000.0),
+    "lazy": _between(0.0, 1.0),
     "controller": (lambda x: x == int(x) and 0 <= x < 2**31, "a training seed, a whole number"),
     "sigma": _between(0.01, 1000.0),
     "forgetting": _between(0.0, 0.5),
 }
-_WORDS = {"evidence": ("motion", "mass")}
+_WORDS = {"evidence": ("motion", "mass"), "will": (EAGER, LAZY)}
 _DOCUMENTATION = {
     "weight": "the weight of the box, as it is",
     "weights": "what viewers think it could be, as in {0.1, 0.3, 0.5}",
+    "will": "eager or lazy, of the hopper as it is; viewers wonder about it if `lazy` is below 1",
+    "lazy": "the share of its controller's actuation that a lazy hopper uses; 1: nobody is lazy",
     "slope": "angle of the slope, in radians",
     "gravity": "acceleration of falling bodies",
     "friction": "Coulomb's coefficient of the hopper on the slope",
@@ -62,11 +66,16 @@ def _weights(values: tuple[float, ...]) -> bool:
 
 def hill_vocabulary(spec: HillSpec) -> Vocabulary:
     """The vocabulary of a hill, without arrays."""
-    about = "the weight of the box"
+    latents = {WEIGHT: Latent(WEIGHT, "number", spec.settings.weights, "the weight of the box")}
+    if len(spec.wills) > 1:
+        latents[WILL] = Latent(WILL, "symbol", spec.wills, "whether the hopper does its best")
     return Vocabulary(
         world=spec.name,
-        latents={WEIGHT: Latent(WEIGHT, "number", spec.settings.weights, about)},
-        hypotheses=tuple({WEIGHT: w} for w in spec.settings.weights),
+        latents=latents,
+        hypotheses=tuple(
+            {name: v for name, v in ((WEIGHT, weight), (WILL, will)) if name in latents}
+            for weight, will in spec.hypotheses
+        ),
         characters=(HOPPER,),
         rational={},
         actions=(),
@@ -98,4 +107,4 @@ def _setting(name: str, default: float | str | tuple[float, ...]) -> Setting:
         range_ = f"2 to 16 different numbers between {_LIGHTEST:g} and {_HEAVIEST:g}"
         return Setting(name, default, about, (), range_, accepts_all=_weights, reshapes=True)
     accepts, range_ = _RANGES[name]
-    return Setting(name, default, about, (), range_, accepts)
+    return Setting(name, default, about, (), range_, accepts, reshapes=name == "lazy")

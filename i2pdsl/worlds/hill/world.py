@@ -122,39 +122,62 @@ def build_hill(
         number = each.settings.controller
         if number not in found:
             found[number] = find_controllers(each, number, say)
-    weights = spec.settings.weights
+    rows = spec.hypotheses
     driver = found[spec.settings.controller]
     offset, scale = scaling(spec.settings.slope)
     imagined = [found[v.spec.settings.controller] for v in viewers]
     tables = model.Tables(
         body=build_body(spec),
         mass=masses(spec, spec.settings.weight),
-        driver=for_weight(driver.policy, driver.weights, spec.settings.weight),
+        driver=_scaled(
+            for_weight(driver.policy, driver.weights, spec.settings.weight),
+            spec.share(spec.settings.will),
+        ),
         offset=offset,
         scale=scale,
-        masses=np.stack([masses(spec, w) for w in weights]),
-        policies=_for_viewers([(c.policy, c.weights) for c in imagined], weights),
-        values=_for_viewers([(c.value, c.weights) for c in imagined], weights),
+        masses=np.stack([masses(spec, weight) for weight, _ in rows]),
+        policies=_for_viewers(
+            [
+                [
+                    _scaled(for_weight(c.policy, c.weights, weight), spec.share(will))
+                    for weight, will in rows
+                ]
+                for c in imagined
+            ]
+        ),
+        values=_for_viewers(
+            [[for_weight(c.value, c.weights, weight) for weight, _ in rows] for c in imagined]
+        ),
         sigma=np.array([float(v.spec.settings.sigma) for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
-        log_prior=log_priors(viewers, len(weights)),
+        log_prior=log_priors(viewers, len(rows)),
         forgetting=forgetting_of(viewers, [float(v.spec.settings.forgetting) for v in viewers]),
     )
     return HillWorld(spec, tables)
 
 
-def _for_viewers(
-    networks: list[tuple[Layers, tuple[float, ...]]], weights: tuple[float, ...]
-) -> Layers:
-    """Networks of all viewers, their first bias being that of each hypothesis."""
-    folded = [[for_weight(layers, trained, w) for w in weights] for layers, trained in networks]
+def _scaled(layers: Layers, share: float) -> Layers:
+    """A network whose outputs are so many times as large."""
+    *hidden, (matrix, bias) = layers
+    return (*hidden, (share * matrix, share * bias))
+
+
+def _for_viewers(networks: list[list[Layers]]) -> Layers:
+    """The networks of each viewer and hypothesis as one."""
     layers = []
     for number in range(len(networks[0][0])):
-        matrix = np.stack([viewer[0][number][0] for viewer in folded])[:, None]
-        count = len(weights) if number == 0 else 1
-        bias = np.stack([np.stack([h[number][1] for h in viewer[:count]]) for viewer in folded])
-        layers.append((matrix, bias))
+        matrix, bias = (
+            np.stack([np.stack([network[number][part] for network in each]) for each in networks])
+            for part in (0, 1)
+        )
+        layers.append((_shared(matrix), _shared(bias) if number else bias))
     return tuple(layers)
+
+
+def _shared(arrays: np.ndarray) -> np.ndarray:
+    """Arrays of each viewer and hypothesis, [O, H, ...], or [O, 1, ...] where the hypotheses have
+    the same."""
+    return arrays[:, :1] if (arrays == arrays[:, :1]).all() else arrays
 
 
 def hill_rollout(world: HillWorld, length: int, noise: float, seed: int) -> Trajectory:
