@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 
-from i2pdsl.worlds.plane import model
+from i2pdsl.worlds.plane import costs, dynamics, ways
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.plane.spec import Place, PlaneCharacter, PlaneSettings, PlaneSpec
 from i2pdsl.worlds.plane.world import build_plane
@@ -97,25 +97,25 @@ def compare(rho):
         ],
         axis=-1,
     )
-    after = reduced(model.transition(tables, cast, state[..., None, :], action))
+    after = reduced(dynamics.transition(tables, cast, state[..., None, :], action))
     # A frame costs the helper its own motion, and rho times the other's time and motion.
     own = (tried**2).sum(-1) / (2 * tables.speed[1])
-    theirs = rho * model.step_cost(tables, 0, other)
+    theirs = rho * costs.step_cost(tables, 0, other)
     value = rho * distance
     cells, shares = interpolation(after)
     for sweep in range(1, 1000):  # noqa: B007
-        costs = own + theirs[..., None] + (value.reshape(-1)[cells] * shares).sum(-1)
-        new = np.where(distance < 0.05, 0.0, costs.min(-1))
+        total = own + theirs[..., None] + (value.reshape(-1)[cells] * shares).sum(-1)
+        new = np.where(distance < 0.05, 0.0, total.min(-1))
         change = np.abs(new - value).max()
         value = new
         if change < 1e-3:
             break
-    exact = tried[costs.argmin(-1)]
-    known = model.outlook(tables, cast, state)
+    exact = tried[total.argmin(-1)]
+    known = ways.outlook(tables, cast, state)
     moving = [other, np.zeros_like(other)]
     plans = tables.plans[1]
     helping = int(np.flatnonzero(plans.theirs.max(0) > 0)[0])
-    guess = model.lookahead(
+    guess = costs.lookahead(
         tables, cast, 1, known, moving, np.broadcast_to(tried, (*distance.shape, len(tried), 2))
     )
     ours = tried[guess[..., helping].argmin(-1)]

@@ -122,7 +122,7 @@ class Story(Shown):
                 returns all that it improved.
             naive: no audience; the characters do what is best for them.
             choose: whose opinion of the candidates counts: that of a `panel` of viewers whom they
-                were not made for (objective/panel.py), or the `score`.
+                were not made for (objective/panel.py), of a `wide` one, or the `score`.
             effort: about so many times the usual time goes into a beam search. For the same seed
                 more effort never makes the best score worse.
 
@@ -137,7 +137,8 @@ class Story(Shown):
         if seed < 0 or candidates < 1 or effort < 1:
             raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
         if choose not in get_args(Choice):
-            raise ValueError(f"candidates are chosen by {' or '.join(get_args(Choice))}")
+            *others, last = get_args(Choice)
+            raise ValueError(f"candidates are chosen by {', '.join(others)} or {last}")
         task, search = self.task(watch, effort), search_of(self.typed, naive)
         if effort > 1 and not search.takes_effort:
             message = "more effort is for beam searches"

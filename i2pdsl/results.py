@@ -11,7 +11,7 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language.story import Requirement
-from i2pdsl.objective.panel import Judgement, judge, panel
+from i2pdsl.objective.panel import Judgement, imagined_otherwise, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
@@ -20,8 +20,9 @@ from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
 
-Choice = Literal["panel", "score"]
-"""Who puts candidates in their order: viewers whom they were not made for, or the objective."""
+Choice = Literal["panel", "wide", "score"]
+"""Who puts candidates in their order: viewers whom they were not made for, more of such, or the
+objective."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def chosen(
     the story's own audience's, half the panel's (docs/stories.md has both). Those that are no films
     (search/candidates.py), or that the story's audience finds much worse than the best, come last.
     """
-    by_panel = choose == "panel"
+    by_panel = choose != "score"
     wanted = max(count, SHORTLIST) if by_panel else count
     found = search.solve(task, seed, wanted)
     began = time.perf_counter()
@@ -77,7 +78,8 @@ def chosen(
     if not search.offers_all:
         paths = [script.trajectory.states for script in scripts]
         scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
-    members = panel(task.story, task.world)
+    other = imagined_otherwise(task.story, task.world, task.watch) if choose == "wide" else None
+    members = panel(task.story, task.world, other)
     judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
     if by_panel:
         best = max(_worth(script) for script in scripts)

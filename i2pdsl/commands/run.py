@@ -58,7 +58,7 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
 )
 @click.option(
     "--choose",
-    type=click.Choice(["panel", "score"]),
+    type=click.Choice(["panel", "wide", "score"]),
     default="panel",
     help="Who puts candidates in order: other viewers than the story's, or its objective.",
 )

@@ -37,7 +37,6 @@ MOST_FILES = 500  # of patterns, and that their imports mean in all
 STANDARD = "standard"  # what an import of standard patterns means
 MOST_IMPORTED = 20_000  # files that all imports of stories mean
 _STATEMENT = re.compile(r"^[^\W\d]", re.MULTILINE)
-_ENCRYPTED = 1  # of a member's flags
 _DEEPEST = 8  # brackets in brackets of a manifest, which has 5
 _KINDS = ("patterns", "outside", "stories", "worlds")
 # What zipfile raises for bytes that are no zip.
@@ -149,10 +148,13 @@ def _decode(data: bytes, path: Path) -> Contents:
         raise WrongData(f"{made}; this one reads format {VERSION}")
     if not data.startswith(b"PK"):
         raise WrongData("this is not a compiled library")
-    members = _Members(data)
+    members = _members(data)
     manifest = _manifest(members)
     names = [MANIFEST, *(record["file"] for kind in _KINDS for record in manifest[kind])]
-    members.check(names)
+    if len(set(names)) < len(names):
+        raise _damaged("two of its files have one name")
+    for name in sorted(members.keys() ^ names):
+        raise _damaged(f"{shorten(name)} is either not in it or not in its manifest")
     kinds = (tuple(_file(r, members, path) for r in manifest[kind]) for kind in _KINDS)
     patterns, outside, stories, worlds = kinds
     said = manifest["made_with"], tuple(manifest["standard"])
@@ -168,42 +170,33 @@ def _decode(data: bytes, path: Path) -> Contents:
     return contents
 
 
-class _Members:
-    """What is in a zip. All that a library has no need of is refused before it is read."""
-
-    def __init__(self, data: bytes):
-        self.size = len(data)
-        try:
-            self.zip = zipfile.ZipFile(io.BytesIO(data))
-        except _NO_ZIP:
-            raise _damaged("it is no whole zip (is its end missing?)") from None
-        self.infos = {info.orig_filename: info for info in self.zip.infolist()}
-
-    def check(self, names: list[str]) -> None:
-        """It holds the files of these names, each once, and no more bytes than it has itself."""
-        if len(self.infos) < len(self.zip.infolist()) or len(set(names)) < len(names):
-            raise _damaged("two of its files have one name")
-        for name in sorted(self.infos.keys() ^ names):
-            raise _damaged(f"{shorten(name)} is either not in it or not in its manifest")
-        if sum(info.file_size for info in self.infos.values()) > self.size:
-            raise _damaged("its files overlap")
-
-    def read(self, name: str) -> bytes:
-        info = self.infos.get(name)
-        if info is None:
-            raise WrongData(f"this is not a compiled library: it has no {name}")
+def _members(data: bytes) -> dict[str, bytes]:
+    """The files in a zip. All that a library has no need of is refused before it is read."""
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+    except _NO_ZIP:
+        raise _damaged("it is no whole zip (is its end missing?)") from None
+    infos = {info.orig_filename: info for info in archive.infolist()}
+    if len(infos) < len(archive.infolist()):
+        raise _damaged("two of its files have one name")
+    for name, info in infos.items():
         if info.compress_type != zipfile.ZIP_STORED or info.compress_size != info.file_size:
-            raise _damaged(f"{name} is compressed")
-        if info.flag_bits & _ENCRYPTED:
-            raise _damaged(f"{name} is encrypted")
+            raise _damaged(f"{shorten(name)} is compressed")
+    if sum(info.file_size for info in infos.values()) > len(data):
+        raise _damaged("its files overlap")
+    found: dict[str, bytes] = {}
+    for name, info in infos.items():
         try:
-            return self.zip.read(info)
-        except _NO_ZIP:
-            raise _damaged(f"{name} cannot be read") from None
+            found[name] = archive.read(info)
+        except _NO_ZIP:  # also of what is encrypted
+            raise _damaged(f"{shorten(name)} cannot be read") from None
+    return found
 
 
-def _manifest(members: _Members) -> dict[str, Any]:
-    manifest = decode_json(members.read(MANIFEST), "its manifest", _DEEPEST)
+def _manifest(members: dict[str, bytes]) -> dict[str, Any]:
+    if MANIFEST not in members:
+        raise WrongData(f"this is not a compiled library: it has no {MANIFEST}")
+    manifest = decode_json(members[MANIFEST], "its manifest", _DEEPEST)
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise WrongData("this is not a compiled library")
     version = manifest.get("version")
@@ -218,8 +211,8 @@ def _manifest(members: _Members) -> dict[str, Any]:
     return manifest
 
 
-def _file(record: dict[str, Any], members: _Members, path: Path) -> StoredFile:
-    name, data = record["file"], members.read(record["file"])
+def _file(record: dict[str, Any], members: dict[str, bytes], path: Path) -> StoredFile:
+    name, data = record["file"], members[record["file"]]
     if hashlib.sha256(data).hexdigest() != record["sha256"]:
         raise _damaged(f"{name} does not have the hash that is stated")
     try:

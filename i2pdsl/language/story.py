@@ -60,7 +60,7 @@ class SearchPlan:
     method: str = "beam"
     starts: int = 500
     width: int = 1
-    polish: int = 3
+    polish: int = 11
     seeds: int = 8
     window: int = 100
     overlap: float = 0.5

@@ -58,10 +58,10 @@ class Objective:
     suffix_turns: tuple[ty.Turn, ...]
     weights: tuple[int, ...]
 
-    def alone(self, number: int) -> Objective:
-        """One of its terms without the others; it has the same compiled program."""
+    def alone(self, *terms: int) -> Objective:
+        """Some of its terms without the others; it has the same compiled program."""
         numbers = self.params.numbers.copy()
-        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        numbers[[place for i, place in enumerate(self.weights) if i not in terms]] = 0.0
         return replace(self, params=self.params._replace(numbers=numbers))
 
 

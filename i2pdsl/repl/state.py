@@ -25,11 +25,13 @@ def same_story(one: TypedStory, other: TypedStory, parts: Iterable[str] = SEARCH
 
 @dataclass(frozen=True)
 class Suggestion:
-    """Frames that could come next: the turns in words, and the longer script."""
+    """Frames that could come next: the turns in words, the longer script, its score, and the
+    story's requirements that it breaks, as they are written."""
 
     told: str
     path: Trajectory
     score: float
+    broken: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

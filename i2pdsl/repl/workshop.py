@@ -10,6 +10,7 @@ import numpy as np
 
 from i2pdsl.errors import Source, Span, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
+from i2pdsl.language.story import Requirement
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story
@@ -228,6 +229,7 @@ class Workshop:
         lines = [f"   {'score':>{width}}  what comes next"]
         for number, score, each in zip(range(1, SHOWN + 1), numbers, found, strict=False):
             lines.append(f"{number}  {score:>{width}}  {each.told}")
+            lines += [f"   {'':>{width}}  breaks: {text}" for text in each.broken]
         others = {2: " (the other: `accept 2`)", 3: " (the others: `accept 2`, `accept 3`)"}
         said = (f"`accept` adds the first{others.get(len(found), '')}",)
         return found, Text("\n".join(lines), found[0].told), said
@@ -263,16 +265,24 @@ class Workshop:
         world, path = script.world, script.trajectory
         with Bars("searching") as bars:
             task = Task(story.typed, world, bars.watch)
-            found = search_of(story.typed).onward(task, path, frames)
+            found = search_of(story.typed).onward(task, path, frames)[:SHOWN]
+            paths, scores = [longer for longer, _ in found], np.array([score for _, score in found])
+            broken: list[tuple[Requirement, ...]] = [()] * len(paths)
+            if paths and story.typed.requirements:
+                from i2pdsl.search.onward import without_requirements
+
+                with task.searching():
+                    told_apart = without_requirements(story.typed, world, task.objective, paths)
+                scores, broken = told_apart
         suggestions = []
-        for longer, score in found[:SHOWN]:
+        for longer, score, missed in zip(paths, scores.tolist(), broken, strict=True):
             told = kind_of(world.spec).continuation_in_words(world, longer, script.length + 1)
             if not told:
                 seen = replay(world, longer.states, longer.actions)
                 then = replace(script, trajectory=longer, frames=seen)
                 beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
                 told = f"[{frames} frames, then {beliefs}]"
-            suggestions.append(Suggestion(told, longer, score))
+            suggestions.append(Suggestion(told, longer, score, tuple(r.text for r in missed)))
         return tuple(suggestions)
 
 

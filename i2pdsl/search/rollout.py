@@ -15,7 +15,7 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.world import World, single_precision
 
 Array = Any
 
@@ -186,5 +186,7 @@ def resume(
 def _padded(length: int, paths: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """Actions and states of scripts side by side, up to `length` frames."""
     missing = length - paths.actions.shape[1]
-    pad = lambda a: np.pad(a, ((0, 0), (0, missing), (0, 0))).astype(np.float32)
+    pad = lambda a: single_precision(
+        np.pad(a, ((0, 0), (0, missing), *((0, 0) for _ in a.shape[2:])))
+    )
     return pad(paths.actions), pad(paths.states)

@@ -1,4 +1,5 @@
-"""In what order a search looks: first all starts, then the best of them again with wider beams.
+"""In what order a search looks: all starts, all of them with wider beams, then the best of them
+with still wider ones.
 
 All is a matter of budget: whoever spends more gets the same blocks in the same order, and some
 after them, so that more effort never makes a score worse.
@@ -11,6 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+# All starts again, so many times as wide: what one pass reaches from a start says little of what a
+# wider beam reaches from it.
+AGAIN = 10
 ROUND = 4  # blocks that are chosen by the same order of the starts, so that they can run at once
 
 
@@ -44,17 +48,14 @@ class Kind:
 
 
 def usual_kinds() -> list[Kind]:
-    """What is tried in turn, some of them twice as often; the usual effort is four blocks on the
-    kitchen, and thirty in a world of 56 first pictures. Every one is the best for some objective
+    """What is tried in turn, some of them twice as often; the usual effort is two blocks on the
+    kitchen, and sixty in a world of 56 first pictures. Every one is the best for some objective
     (docs/search.md)."""
-    plain = Kind(10, variety=False, ahead=False)
     hopeful = Kind(16, variety=True, ahead=True)
     varied = Kind(16, variety=True, ahead=False)
     wide = Kind(64, variety=False, ahead=True)
     return [
-        plain,
         hopeful,
-        plain,
         Kind(32, variety=False, ahead=False),
         wide,
         varied,
@@ -79,12 +80,14 @@ def rounds(
             after the blocks of those before were searched.
     """
     first = np.arange(count)
-    yield _pass(first, width, places, ahead=False)
-    again = _pass(first, width, places, ahead=True)[: _affordable(budget, places)]
-    if not again:
-        return
-    yield again
-    budget -= len(again) * places
+    yield _pass(first, width, places)
+    wide = min(AGAIN * width, places)
+    if wide > width:
+        order = first[np.argsort(-scores[first], kind="stable")]
+        again = _pass(order, wide, places)[: _affordable(budget, places)]
+        if again:
+            yield again
+        budget -= len(again) * places
     kinds, fresh, turn = usual_kinds(), count, 0
     while (left := min(ROUND, _affordable(budget, places))) and kinds:
         blocks: list[Block] = []
@@ -113,9 +116,9 @@ def _affordable(budget: int, places: int) -> int:
     return max(0, -(-budget // places))
 
 
-def _pass(starts: np.ndarray, width: int, places: int, ahead: bool) -> list[Block]:
+def _pass(starts: np.ndarray, width: int, places: int) -> list[Block]:
     size = places // width
-    return [Block(starts[i : i + size], width, width, ahead) for i in range(0, len(starts), size)]
+    return [Block(starts[i : i + size], width, width, False) for i in range(0, len(starts), size)]
 
 
 def _next(kind: Kind, order: np.ndarray, width: int, places: int) -> Block | None:

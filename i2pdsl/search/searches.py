@@ -22,7 +22,8 @@ RESCORED = 64  # of the best scripts in single precision, scored again to choose
 RESCORED_FRAMES = 20_000  # of all of them together, if they are long
 
 USUAL_PLACES = SearchPlan().starts * SearchPlan().width
-USUAL_LENGTH = 15  # frames; the searches of shorter stories take less time, and may look longer
+# Frames: the searches of shorter stories take less time, and may look longer, up to so many times.
+USUAL_LENGTH, MOST_LONGER = 15, 3
 
 
 class Beam(Search):
@@ -81,7 +82,8 @@ def more_places(task: Task) -> int:
         for node in ty.walk(expression)
     )
     if not costly:
-        longer = max(longer, USUAL_LENGTH / task.story.length * min(1.0, USUAL_PLACES / once))
+        shorter = min(MOST_LONGER, USUAL_LENGTH / task.story.length)
+        longer = max(longer, shorter * min(1.0, USUAL_PLACES / once))
     return int(once * (task.effort * (1 + plan.polish * longer) - 1))
 
 

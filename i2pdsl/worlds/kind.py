@@ -100,6 +100,11 @@ class Kind(ABC):
         """What is kept of its own sprites (worlds/drawings.py), by their names."""
         return {}
 
+    def imagined_otherwise(self, spec: Any) -> Any | None:
+        """The same world as viewers may also think that it works, for a wide panel
+        (objective/panel.py); None where there is nothing of that kind to doubt."""
+        return None
+
     @abstractmethod
     def vocabulary(self, spec: Any) -> Vocabulary:
         """What the language can say of it."""

@@ -212,7 +212,7 @@ def central(data: bytes, field: int, value: int, size: int = 2) -> bytes:
 @pytest.mark.parametrize(
     ("field", "value", "size", "message"),
     [
-        (8, 1, 2, "is encrypted"),
+        (8, 1, 2, "cannot be read"),
         (8, 0x40, 2, "cannot be read"),
         (10, 99, 2, "is compressed"),
         (20, 1, 4, "is compressed"),

@@ -413,6 +413,28 @@ def _prefix_score(world: GridWorld, frames: object, actions: list[int]) -> float
     return score_script(story, world, frames)  # type: ignore[arg-type]
 
 
+def test_suggestions_tell_what_they_break_apart_from_their_score(session: Session) -> None:
+    """The best next frames are those of the story without requirements, where all break one."""
+    right(session, "rewind 3")
+    wish = "P(rho < 0 | script[:T])"
+    plain = shown(session, f"suggest {wish}")
+    found = session.state.suggestions
+    assert isinstance(plain, Text)
+    assert "breaks" not in plain.text
+    right(session, "require [at(cheese, (0, 0)) @ script[2]]")
+    right(session, "require eventually [pushes(robot, cheese)]")
+    text = shown(session, f"suggest {wish}")
+    assert isinstance(text, Text)
+    broken = session.state.suggestions
+    assert [each.told for each in broken] == [each.told for each in found]
+    assert [each.score for each in broken] == pytest.approx(
+        [each.score for each in found], abs=2e-4
+    )
+    lost = {"require [at(cheese, (0, 0)) @ script[2]]"}
+    assert all(set(each.broken) == lost for each in broken)
+    assert text.text.count(f"breaks: {next(iter(lost))}") == len(broken)
+
+
 def test_accepting_is_playing_what_was_suggested(session: Session) -> None:
     right(session, "rewind 3")
     other = copied(session)

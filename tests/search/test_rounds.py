@@ -50,6 +50,15 @@ def test_first_all_starts_once_and_fresh_ones_later() -> None:
     assert seen == set(range(COUNT + FRESH))
 
 
+def test_all_starts_are_looked_at_again_ten_times_as_wide_the_best_first() -> None:
+    blocks = spent(COUNT * (1 + 10))
+    wider = [b for b in blocks if b.width == 10 and b.alike == 10]
+    again = np.concatenate([b.starts for b in wider])
+    assert sorted(again.tolist()) == list(range(COUNT))
+    worth = np.random.default_rng(0).normal(size=COUNT + FRESH)
+    assert again.tolist() == np.argsort(-worth[:COUNT]).tolist()
+
+
 def test_blocks_fit_and_no_two_do_the_same() -> None:
     blocks = spent(30_000)
     assert all(0 < len(b.starts) * b.width <= PLACES for b in blocks)

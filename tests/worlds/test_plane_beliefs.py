@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from i2pdsl.worlds.plane import model
+from i2pdsl.worlds.plane import costs, dynamics
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.plane.spec import Place
 from plane_for_tests import DESK, PAIR, WALLED, believed, build_plane, wandered
@@ -62,9 +62,9 @@ def test_path_rows_telescope(spec):
     ]
     for who, plans in enumerate(tables.plans):
         total = sum(r[who] for r in rows)[0]
-        v = [model.value(tables, cast, who, s)[0] for s in (states[0], states[-1])]
-        moves = model.velocities(tables, cast, actions)[who]
-        spent = sum(model.step_cost(tables, who, u) for u in moves)
+        v = [costs.value(tables, cast, who, s)[0] for s in (states[0], states[-1])]
+        moves = dynamics.velocities(tables, cast, actions)[who]
+        spent = sum(costs.step_cost(tables, who, u) for u in moves)
         constant = len(moves) * np.log(2 * np.pi * tables.speed[who] / 2.0)
         expected = -2.0 * (spent - v[1] + v[0]) - constant
         rational = plans.rows[-1] == 0

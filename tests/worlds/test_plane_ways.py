@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from i2pdsl.worlds.plane import model
 from i2pdsl.worlds.plane.geometry import Ways, clearance, in_sight
+from i2pdsl.worlds.plane.ways import ways_to_places
 from plane_for_tests import DESK, PAIR, ROOM, WALLED, build_plane, wandered
 
 WALL = np.array([[[6.0, 0.0], [6.0, 5.0]]])
@@ -40,7 +40,7 @@ def test_tables_of_ways_are_true_between_their_nodes():
     points = generator.uniform((0.5, 0.5), (11.5, 7.5), (300, 2))
     points = points[clearance(world.tables.walls, points) > RADIUS]
     exact = ways.lengths(points, world.tables.places)
-    found = model.ways_to_places(world.tables, 0, points)
+    found = ways_to_places(world.tables, 0, points)
     assert np.abs(found - exact).max() < 0.1
     assert np.abs(found - exact).mean() < 0.005
 
@@ -50,7 +50,7 @@ def test_what_is_in_sight_is_straight_ahead():
     points = np.array([[2.0, 7.0], [10.5, 7.2], [1.0, 1.0]])
     seen = in_sight(world.tables.walls, RADIUS, points, world.tables.places)
     straight = np.hypot(*np.moveaxis(points[:, None] - world.tables.places, -1, 0))
-    found = model.ways_to_places(world.tables, 0, points)
+    found = ways_to_places(world.tables, 0, points)
     assert seen.sum() >= 5
     assert np.allclose(found[seen], straight[seen], atol=1e-9)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import reference
 from i2pdsl.worlds.grid.sight import in_sight, walking
-from i2pdsl.worlds.plane.model import feature
+from i2pdsl.worlds.plane.features import feature
 from plane_for_tests import DESK, WALLED, build_plane
 
 

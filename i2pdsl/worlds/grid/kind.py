@@ -38,6 +38,13 @@ class GridKind(Kind):
     def drawings(self, spec: GridSpec) -> Mapping[str, str]:
         return dict(spec.look.drawings)
 
+    def imagined_otherwise(self, spec: GridSpec) -> GridSpec | None:
+        """With the other level 0, where anybody is modelled."""
+        if spec.modeller is None:
+            return None
+        other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
+        return spec.with_settings({"level0": other})
+
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)
 

@@ -5,7 +5,7 @@ arcs about ends of walls. Here each arc is a polygon (`CORNERS` to the turn, 2 %
 way one of a graph of points that see each other (Lozano-Perez and Wesley 1979, Communications of
 the ACM 22, 10). Only the *detour* is tabulated, by how much the way is longer than the
 straight line: it is 0 wherever the goal is in sight, so that distances there are exact and have
-no grid in them. NumPy only; worlds/plane/model.py reads the tables.
+no grid in them. NumPy only; worlds/plane/ways.py reads the tables.
 """
 
 from __future__ import annotations
@@ -51,6 +51,13 @@ def norm(vector: Array) -> Array:
     xp = vector.__array_namespace__()
     square = (vector**2).sum(-1)
     return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0)
+
+
+def direction(apart: Array) -> tuple[Array, Array]:
+    """Lengths [...] and unit vectors [..., 2]; 0 where the length is 0."""
+    xp = apart.__array_namespace__()
+    length = norm(apart)
+    return length, apart / xp.where(length > 0, length, 1.0)[..., None]
 
 
 def nearest_on(segments: Array, points: Array) -> Array:

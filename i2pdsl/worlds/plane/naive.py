@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from i2pdsl.worlds.plane import model
+from i2pdsl.worlds.plane.costs import alternatives
+from i2pdsl.worlds.plane.dynamics import transition
 from i2pdsl.worlds.plane.geometry import disc
+from i2pdsl.worlds.plane.tables import Cast, Tables, each
+from i2pdsl.worlds.plane.ways import outlook
 from i2pdsl.worlds.record import Trajectory
 
 SHARPNESS = 10.0  # inverse temperature per step at the speed that they like: nearly the best
@@ -23,8 +26,8 @@ def wandering(generator: np.random.Generator, spread: float, shape: tuple[int, .
 
 
 def walks(
-    tables: model.Tables,
-    cast: model.Cast,
+    tables: Tables,
+    cast: Cast,
     start: np.ndarray,
     hypotheses: np.ndarray,
     changes: np.ndarray,
@@ -46,11 +49,11 @@ def walks(
     plans = [p.rows[:, hypotheses].argmax(0)[:, None, None] for p in tables.plans]
     states, actions = [start], []
     for t in range(changes.shape[1]):
-        known = model.outlook(tables, cast, states[-1])
-        moving = model.each(states[-1], 2 * count)[count:]
+        known = outlook(tables, cast, states[-1])
+        moving = each(states[-1], 2 * count)[count:]
         chosen = []
         for who in range(count):
-            tried, costs = model.alternatives(tables, cast, who, known, moving)
+            tried, costs = alternatives(tables, cast, who, known, moving)
             cost = np.take_along_axis(costs, plans[who], -1)[..., 0]  # [S, K]
             beta = SHARPNESS / tables.speed[who]
             share = np.exp(tables.log_weights - beta * (cost - cost.min(-1, keepdims=True)))
@@ -59,13 +62,13 @@ def walks(
             change = tables.speed[who] * changes[:, t, who]
             chosen.append(pace[:, who, None] * mean + change)
         actions.append(np.concatenate(chosen, axis=-1))
-        states.append(model.transition(tables, cast, states[-1], actions[-1]))
+        states.append(transition(tables, cast, states[-1], actions[-1]))
     return Trajectory(np.stack(actions, axis=1), np.stack(states, axis=1))
 
 
 def walk(
-    tables: model.Tables,
-    cast: model.Cast,
+    tables: Tables,
+    cast: Cast,
     start: np.ndarray,
     rational: np.ndarray,
     length: int,

@@ -1,4 +1,4 @@
-"""A plane with its shortest ways known: the World protocol over worlds/plane/model.py."""
+"""A plane with its shortest ways known: the World protocol over plane/tables.py."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
-from i2pdsl.worlds.plane import model
+from i2pdsl.worlds.plane import costs, dynamics, features, observers
 from i2pdsl.worlds.plane.geometry import MOST_NODES, MOST_PAIRS, Ways, disc, regular_grid
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
+from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
 from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
 
@@ -31,12 +32,12 @@ class PlaneWorld(ContinuousWorld):
 
     Attributes:
         spec: the plane as it is; viewers may believe in other numbers.
-        tables: the arrays, in NumPy and doubles (model.Tables).
+        tables: the arrays, in NumPy and doubles (Tables).
     """
 
     spec: PlaneSpec
-    tables: model.Tables
-    cast: model.Cast
+    tables: Tables
+    cast: Cast
 
     @cached_property
     def vocabulary(self) -> Vocabulary:
@@ -55,27 +56,27 @@ class PlaneWorld(ContinuousWorld):
     def no_action(self, state: Array) -> Array:
         return state[..., : 2 * self.cast.count] * 0
 
-    def transition(self, tables: model.Tables, state: Array, action: Array) -> Array:
-        return model.transition(tables, self.cast, state, action)
+    def transition(self, tables: Tables, state: Array, action: Array) -> Array:
+        return dynamics.transition(tables, self.cast, state, action)
 
     def log_rows(
-        self, tables: model.Tables, state: Array, action: Array, after: Array
+        self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
-        return model.log_rows(tables, self.cast, state, action, after)
+        return observers.log_rows(tables, self.cast, state, action, after)
 
-    def value(self, tables: model.Tables, who: int, state: Array) -> Array:
-        return model.value(tables, self.cast, who, state)
+    def value(self, tables: Tables, who: int, state: Array) -> Array:
+        return costs.value(tables, self.cast, who, state)
 
     def feature(
         self,
-        tables: model.Tables,
+        tables: Tables,
         name: str,
         arguments: tuple[Any, ...],
         state: Array,
         before: Array | None = None,
         action: Array | None = None,
     ) -> Array:
-        return model.feature(tables, name, arguments, state, before, action)
+        return features.feature(tables, name, arguments, state, before, action)
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """The checker's places as numbers of places."""
@@ -83,8 +84,8 @@ class PlaneWorld(ContinuousWorld):
             tuple(number for number, _ in a) if isinstance(a, tuple) else a for a in arguments
         )
 
-    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
-        return model.is_still(after)
+    def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
+        return features.is_still(after)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
         beta = sharpness * self.tables.beta
@@ -139,7 +140,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         spec.segments, each_radius(spec), tuple(p.at for p in spec.places), spec.width, spec.height
     )
     nodes, weights = disc(DIRECTIONS, SPEEDS)
-    tables = model.Tables(
+    tables = Tables(
         size=np.array([spec.width, spec.height]),
         walls=np.array(spec.segments, float).reshape(-1, 2, 2),
         places=np.array([p.at for p in spec.places], float).reshape(-1, 2),
@@ -161,10 +162,10 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         log_prior=log_priors(viewers, len(rows)),
         forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
     )
-    return PlaneWorld(spec, tables, model.Cast(len(cast), social, any(steps), not all(steps)))
+    return PlaneWorld(spec, tables, Cast(len(cast), social, any(steps), not all(steps)))
 
 
-def _plans(spec: PlaneSpec, who: int, social: bool) -> model.Plans:
+def _plans(spec: PlaneSpec, who: int, social: bool) -> Plans:
     """What a character can be after, and in which hypotheses it is."""
     count = len(spec.places)
     options = {
@@ -192,7 +193,7 @@ def _plans(spec: PlaneSpec, who: int, social: bool) -> model.Plans:
         if rho and theirs < count:
             spots[number, theirs + count * (rho < 0)] = 1
     rows = np.array([len(plans) if key is None else plans.index(key) for key in keys])
-    return model.Plans(
+    return Plans(
         own=own.T,
         theirs=others.T,
         spots=spots.T,
