@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -19,6 +19,8 @@ from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_differ
 from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
+
+IN_FULL = 3  # lengths of a story of several that are searched as much as a story of one
 
 Choice = Literal["panel", "wide", "score"]
 """Who puts candidates in their order: viewers whom they were not made for, more of such, or the
@@ -87,6 +89,31 @@ def chosen(
     kept = judged if search.offers_all else judged[:count]
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
+
+
+def chosen_of_lengths(
+    tasks: list[Task], search: Search, seed: int, count: int, choose: Choice
+) -> tuple[list[Script], list[Judgement], bool]:
+    """As `chosen`, of a story in several lengths: a first pass over all of them says which
+    IN_FULL are searched in full, and their scripts are compared."""
+    first: list[tuple[int, float, int]] = []
+    for number, task in enumerate(tasks):
+        plan = replace(task.story.search, polish=0)
+        story = replace(task.story, search=plan)
+        brief = replace(task, story=story, whole=task.objective, effort=1)
+        best, *_ = ranked(brief, search.solve(brief, seed, 1), seed)
+        first.append((len(best.unmet), -_worth(best), number))
+    found: list[tuple[Script, Judgement]] = []
+    finished = True
+    for _, _, number in sorted(first)[:IN_FULL]:
+        if finished:
+            scripts, judgements, finished = chosen(tasks[number], search, seed, count, choose)
+            found += zip(scripts, judgements, strict=True)
+    best_score = max(_worth(script) for script, _ in found)
+    by_score = lambda each: (len(each[0].unmet), -_worth(each[0]))
+    by_panel = lambda each: _place(best_score, *each)
+    kept = sorted(found, key=by_score if choose == "score" else by_panel)[:count]
+    return [script for script, _ in kept], [judgement for _, judgement in kept], finished
 
 
 def best_of(results: Sequence[Result]) -> Result:

@@ -35,7 +35,7 @@ LINES = 30  # of an answer in plain text
 def show_story(story: Story) -> Bundle:
     """The story's text in colours, and in a line what it comes to."""
     told = story.typed
-    about = f"world {told.world}, {told.length} frames, search {told.search.method}"
+    about = f"world {told.world}, {told.frames}, search {told.search.method}"
     html = f"<div>{story_html(told.source.text)}<p><small>{escape(about)}</small></p></div>"
     return {"text/html": html, "text/plain": f"{story!r}\n{told.source.text.rstrip()}"}, {}
 

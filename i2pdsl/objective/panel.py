@@ -3,7 +3,9 @@
 Who optimises a script for one simulated viewer also optimises it for that viewer's oddities. So
 candidates are judged by others too: how sharply characters seem to prefer what is best for them,
 how fast viewers forget, and what they thought before anything moved, differs from the story's own
-audience. What is asked of them is the same: the story's objective, of their beliefs.
+audience. What is asked of them is the same: the story's objective, of their beliefs. Where a story
+names audiences, each member of the panel stands for all of them, changed alike: they stay as
+different from each other as they were, and know what they know.
 
 The panel is the same for all scripts and seeds of a story, so that its figures can be compared. It
 needs no planning: nobody in it believes in another level 0, for which a world would have to be
@@ -13,7 +15,7 @@ one who does (in planes: by the other observer); on the hill that would need oth
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +27,7 @@ from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Trajectory
-from i2pdsl.worlds.world import Viewer, World
+from i2pdsl.worlds.world import World, forgetting_of
 
 MEMBERS = 8
 SHARPER = 2.0  # times as sharp as to the story's viewers choices seem to the panel, or 1 / so sharp
@@ -67,7 +69,7 @@ def imagined_otherwise(story: TypedStory, world: World, watch: Watch) -> World |
     if spec is None:
         return None
     viewers = (
-        Viewer(kind.imagined_otherwise(viewer.spec), viewer.prior)
+        replace(viewer, spec=kind.imagined_otherwise(viewer.spec))
         for viewer in viewers_of(world.spec, story.observers)
     )
     return ready_world(spec, tuple(viewers), watch)
@@ -88,7 +90,7 @@ def panel(story: TypedStory, world: World, other: World | None = None) -> tuple[
     for sharp, more in zip(sharpness.tolist(), share, strict=True):
         doubted = prior + DOUBT * generator.normal(size=prior.shape[-1])
         doubted = doubted - np.log(np.exp(doubted).sum(-1, keepdims=True))
-        forgetting = own + (1 - own) * more / story.length
+        forgetting = forgetting_of(story.observers, own + (1 - own) * more / story.length)
         told = sharp, forgetting, doubted
         found.append(Member(world.with_audience(*told), sharp))
         if other is not None:

@@ -17,6 +17,7 @@ from i2pdsl.explain import (
     questions_of,
     times,
 )
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import drawing_of
@@ -48,6 +49,7 @@ class Change:
         instead: of the other actions the one that viewers expected most, with which probability
             they did, and what this one had been then; None where actions cannot be listed.
         is_forgotten: whether it went against what was seen.
+        audience: who believes it.
     """
 
     claim: str
@@ -56,6 +58,7 @@ class Change:
     ratio: str
     instead: tuple[str, float, float] | None = None
     is_forgotten: bool = False
+    audience: str = VIEWERS
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,12 @@ class Observation:
     expected: float | None
     changes: tuple[Change, ...]
     is_event: bool = False
+
+    @property
+    def greatest(self) -> tuple[Change, ...]:
+        """The greatest change of each audience."""
+        first = {change.audience: change for change in reversed(self.changes)}
+        return tuple(change for change in self.changes if first[change.audience] is change)
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,7 @@ def reasons_in_words(script: Script, frame: int | None = None) -> str:
         if each.expected is not None:
             said += f" (expected with {short(each.expected)})"
         lines.append(f"  {said}{':' if each.changes else ' changes next to nothing of this'}")
-        for change in each.changes if frame is not None else each.changes[:1]:
+        for change in each.changes if frame is not None else each.greatest:
             lines += [f"    {change.ratio}", f"    {_change_in_words(change)}"]
     return "\n".join((*lines, "", *account.legend))
 
@@ -159,7 +168,13 @@ def _asked(script: Script, question: Question, sentence: Sentence) -> Asked:
     believed, words = course(script, question), script.world.vocabulary
     parts = [as_story(words, found) for found in (question.claims, question.condition) if found]
     formal = " | ".join(parts) if question.claims else ""
-    return Asked(_claim(question, sentence), formal, float(believed[0]), float(believed[-1]))
+    claim = f"{_whose(question)}{_claim(question, sentence)}"
+    return Asked(claim, formal, float(believed[0]), float(believed[-1]))
+
+
+def _whose(question: Question) -> str:
+    """The name of the audience that is asked, where it has one of its own."""
+    return "" if question.audience == VIEWERS else f"{question.audience}: "
 
 
 def _claim(question: Question, sentence: Sentence) -> str:
@@ -181,14 +196,15 @@ def _told(reason: Reason) -> list[Effect]:
 
 
 def _change(reason: Reason, effect: Effect, sentence: Sentence) -> Change:
-    second, instead = reason.second, effect.instead
+    second, instead, whose = reason.second, effect.instead, _whose(effect.question)
     return Change(
-        _claim(effect.question, sentence),
+        f"{whose}{_claim(effect.question, sentence)}",
         effect.before,
         effect.after,
-        _ratio(effect, sentence),
+        f"{whose}{_ratio(effect, sentence)}",
         (second.action, second.expected, instead) if second and instead is not None else None,
         (effect.after - effect.before) * effect.log_ratio < 0,
+        effect.question.audience,
     )
 
 
@@ -196,7 +212,8 @@ def _mirrors(one: Effect, other: Effect) -> bool:
     """Whether the event of one is that the other's does not hold."""
     first, second = one.question, other.question
     pairs = zip(first.event, second.event, first.given, strict=True)
-    return first.given == second.given and all(a != b for a, b, holds in pairs if holds)
+    alike = first.given == second.given and first.viewers == second.viewers
+    return alike and all(a != b for a, b, holds in pairs if holds)
 
 
 def _ratio(effect: Effect, sentence: Sentence) -> str:

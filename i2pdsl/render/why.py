@@ -5,6 +5,7 @@ Without scripts all frames are told, one after the other; the player hides all b
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 from i2pdsl.render.markup import plain
@@ -19,12 +20,13 @@ def why_section(account: Account) -> str:
     moments: dict[int, list[Observation]] = {}
     for seen in account.observations:
         moments.setdefault(seen.first, []).append(seen)
+    legend = re.sub("`(.*?)`", r"“\1”", "; ".join(account.legend))
     told = "\n".join(_moment(each) for each in moments.values())
     return f"""\
   <section class="why" aria-labelledby="why-heading">
     <div class="mind-head">
       <h2 id="why-heading">Why viewers believe it</h2>
-      <p class="hint">{plain("; ".join(account.legend).replace("`", "“", 1).replace("`", "”"))}.</p>
+      <p class="hint">{plain(legend)}.</p>
     </div>
     <div class="why-parts">
       <ol id="reasons">

@@ -35,7 +35,8 @@ def root(world: World, objective: Objective, tables: Any, params: Any, state: Ar
     belief = world.log_prior(tables)
     zero = jnp.zeros((), belief.dtype)
     carry = objective.init(tables, params, state)
-    return Node(jnp.zeros((), jnp.int32), state, belief, carry, zero)
+    none = jnp.zeros((), jnp.int32) if params.before is None else params.before
+    return Node(none, state, belief, carry, zero)
 
 
 def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> tuple[Frame, Array]:

@@ -178,6 +178,11 @@ class Kind(ABC):
         Raises StoryError.
         """
 
+    def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
+        """Statements that pin frames `first`..`last` of a script as they are; none where actions
+        have no names."""
+        return []
+
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """The columns of a table of frames 0..T beside those of the world's quantities: values and
         the type that pandas gives them."""

@@ -111,6 +111,11 @@ class GridKind(Kind):
 
         return state_as_json(world.spec, world.dynamics, int(state))
 
+    def kept(self, world: GridWorld, path: Trajectory, first: int, last: int) -> list[str]:
+        from i2pdsl.worlds.grid.script import kept_in_words
+
+        return kept_in_words(world, path, first, last)
+
     def frames_as_json(self, world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
         from i2pdsl.worlds.grid.script import frames_as_json
 
