@@ -20,6 +20,7 @@ import numpy as np
 from i2pdsl.audience.filter import log_sum, update
 from i2pdsl.audience.queries import probability
 from i2pdsl.language import typed as ty
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.language.vocabulary import Value, Vocabulary, show_value
 from i2pdsl.objective.subjects import Claims, claims, event_of, latents_of
 from i2pdsl.scripts import Script
@@ -44,6 +45,7 @@ class Question:
         event, given: masks over hypotheses, the second with the script's assumption.
         claims, condition: the same in words of latents; None where there are none.
         rivals: what the event's latent may be instead; empty where it speaks of several.
+        viewers: whose belief it is, and `audience` its name; None where there is only one.
     """
 
     event: ty.Mask
@@ -51,6 +53,12 @@ class Question:
     claims: Claims | None
     condition: Claims | None
     rivals: tuple[Rival, ...] = ()
+    viewers: ty.Viewers | None = None
+    audience: str = VIEWERS
+
+    def of(self, observed: np.ndarray) -> np.ndarray:
+        """Of something about each observer, [..., O, H], what is about those who are asked."""
+        return observed if self.viewers is None else observed[..., slice(*self.viewers), :]
 
 
 @dataclass(frozen=True)
@@ -113,19 +121,21 @@ def questions_of(script: Script) -> tuple[Question, ...]:
     """The events that the script's story asks viewers to believe or not; where there are none, the
     values of the latents that it speaks of, or else of all."""
     words = script.world.vocabulary
-    found: dict[tuple[ty.Mask, ty.Mask], None] = {
-        (s.about, s.given): None
+    found: dict[tuple[ty.Mask, ty.Mask, ty.Viewers | None], None] = {
+        (s.about, s.given, s.viewers): None
         for s in script.subjects
-        if isinstance(s.about, tuple) and _is_open(s.about, s.given)
+        if isinstance(s.about, tuple)
+        and _is_open(s.about, script.audience_of(s.viewers).open_to(s.given))
     }
     if not found:
+        usual = script.audiences[0].viewers if len(script.audiences) > 1 else None
         named = [x for s in script.subjects for x in latents_of(words, s)]
         for latent in dict.fromkeys(named or words.latents):
             for values in groups(words, latent):
                 event = event_of(words, {latent: values})
                 if _is_open(event, script.assumption):
-                    found[event, script.assumption] = None
-    return tuple(_question(script, event, given) for event, given in found)
+                    found[event, script.assumption, usual] = None
+    return tuple(_question(script, *asked) for asked in found)
 
 
 def explain(
@@ -177,7 +187,9 @@ def _is_open(event: ty.Mask, given: ty.Mask) -> bool:
     return len({e for e, g in zip(event, given, strict=True) if g}) == 2
 
 
-def _question(script: Script, event: ty.Mask, given: ty.Mask) -> Question:
+def _question(
+    script: Script, event: ty.Mask, given: ty.Mask, viewers: ty.Viewers | None
+) -> Question:
     words = script.world.vocabulary
     told, condition = claims(words, event, given), claims(words, given, script.assumption)
     rivals = []
@@ -188,7 +200,8 @@ def _question(script: Script, event: ty.Mask, given: ty.Mask) -> Question:
             mask = event_of(words, rest)
             if any(m and g for m, g in zip(mask, given, strict=True)):
                 rivals.append(Rival(rest, mask))
-    return Question(event, given, told or None, condition, tuple(rivals))
+    audience = script.audience_of(viewers).name
+    return Question(event, given, told or None, condition, tuple(rivals), viewers, audience)
 
 
 # --------------------------------------------------------------------------------------- in numbers
@@ -201,14 +214,15 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
     if not world.is_observed(np.asarray(action)):
         return [Reason(t, t, None, None, None, ())]
     words, assumed = world.vocabulary, np.array(script.assumption)
-    forgetting = world.forgetting(world.tables)
+    forgetting, seen_by = world.forgetting(world.tables), slice(*script.audiences[0].viewers)
     branches = _branches(script, action)
     policies = _policies(script, t, branches)
     found = []
     for u, who in enumerate(words.characters):
         belief, row, after = frames.expecting[t, u], frames.log_rows[t, u], frames.afterwards[t, u]
         taken, policy = world.branch_actions(u)[branches[u]], policies[u]
-        expected = np.exp(log_sum(belief + policy, assumed) - log_sum(belief, assumed)).mean(-1)
+        predicted = log_sum(belief + policy, assumed) - log_sum(belief, assumed)
+        expected = np.exp(predicted[..., seen_by]).mean(-1)
         others = [a for a in range(len(words.actions)) if a != taken]
         second = max(others, key=lambda a: float(expected[a]))
         changed = update(belief, policy[second], forgetting)
@@ -265,6 +279,7 @@ def _effect(
     """
     event, given = np.array(question.event), np.array(question.given)
     against = ~event & given
+    beliefs, rows, after = map(question.of, (beliefs, np.broadcast_to(rows, beliefs.shape), after))
 
     def ratio(mask: np.ndarray) -> float:
         with np.errstate(invalid="ignore"):
@@ -283,7 +298,7 @@ def _effect(
         float(probability(after, event, given)),
         ratio(against),
         tuple(sorted(rivals, key=lambda r: -r.share)),
-        None if instead is None else float(probability(instead, event, given)),
+        None if instead is None else float(probability(question.of(instead), event, given)),
     )
 
 
@@ -303,6 +318,7 @@ def document(script: Script, frame: int | None = None) -> dict[str, Any]:
             {
                 "event": _told(words, question.claims),
                 "given": _told(words, question.condition),
+                "audience": question.audience,
                 "course": course(script, question).tolist(),
             }
             for question in questions
@@ -314,7 +330,7 @@ def document(script: Script, frame: int | None = None) -> dict[str, Any]:
 def course(script: Script, question: Question) -> np.ndarray:
     """The probability of a question's event after each of the frames 0..T."""
     event, given = np.array(question.event), np.array(question.given)
-    return np.asarray(probability(script.frames.belief, event, given))
+    return np.asarray(probability(question.of(script.frames.belief), event, given))
 
 
 def _as_json(words: Vocabulary, reason: Reason) -> dict[str, Any]:
@@ -334,6 +350,7 @@ def _effect_as_json(words: Vocabulary, effect: Effect) -> dict[str, Any]:
     return {
         "event": _told(words, effect.question.claims),
         "given": _told(words, effect.question.condition),
+        "audience": effect.question.audience,
         "before": effect.before,
         "after": effect.after,
         "log_ratio": effect.log_ratio,

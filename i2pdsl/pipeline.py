@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import get_args
@@ -14,7 +14,7 @@ from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.wishes import Wish, doubts
-from i2pdsl.results import Choice, Result, chosen
+from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
 from i2pdsl.scripts import Answer, Script, script_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
@@ -22,7 +22,9 @@ from i2pdsl.search.wishes import wishes_of
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.find import find_spec, find_vocabulary, world_warnings
 from i2pdsl.worlds.kind import Spec, Watch
+from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.record import Kept, runs_of
 from i2pdsl.worlds.world import Viewer, World
 
 __all__ = ["Answer", "Result", "Script", "Story", "load", "script_from", "story_from"]
@@ -65,11 +67,13 @@ class Story(Shown):
         typed: what the file says, names resolved.
         folder: where its imports and its world are looked for.
         known: its world, where it is not to be looked for.
+        kept: frames of a script that a descent shall keep (`keeping`).
     """
 
     typed: TypedStory
     folder: Path | None = None
     known: Spec | None = None
+    kept: Kept | None = None
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -102,7 +106,44 @@ class Story(Shown):
     def task(self, watch: Watch | None = None, effort: int = 1) -> Task:
         """The story in its world, to be searched. Raises StoryError as `world` does."""
         watch = watch or Watch()
-        return Task(self.typed, self.world(watch), watch, effort)
+        return Task(self.typed, self.world(watch), watch, effort, kept=self.kept)
+
+    def keeping(self, script: Script, frames: Sequence[int]) -> Story:
+        """The story with frames of a script pinned: the rest is solved around them.
+
+        Where actions have names, it is the same story with `pin` statements. Elsewhere a descent
+        keeps what is done in these frames, and from which states as far as it can
+        (search/descent.py).
+
+        Args:
+            frames: their numbers, from 1 on.
+
+        Raises StoryError for frames that one of the two does not have, a script of another world,
+        and what contradicts the story's own pins.
+        """
+        where, kind = whole_file(self.typed.source.name), kind_of(self.spec)
+        shorter = min(script.length, self.typed.length)
+        wrong = next((f for f in frames if not 1 <= f <= shorter), None)
+        if wrong is not None:
+            message = f"frame {wrong} cannot be kept: the script has {script.length:,} frames, "
+            raise error("keep", f"{message}the story {self.typed.length:,}", where)
+        if not kind.has_same_rules(self.spec, script.world.spec):
+            message = f"the script happens in another world, {script.world.name}"
+            raise error("keep", message, where)
+        if not self.typed.vocabulary.enumerable:
+            return replace(self, kept=Kept(tuple(frames), script.trajectory))
+        lines = [
+            line
+            for first, last in runs_of(frames)
+            for line in kind.kept(script.world, script.trajectory, first, last)
+        ]
+        source = self.typed.source
+        longer = Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""]))
+        words = self.typed.vocabulary
+        find = find_vocabulary if self.known is None else lambda *_: words
+        checked = check_source(longer, find, self.folder)
+        assert isinstance(checked, TypedStory)
+        return replace(self, typed=checked)
 
     def solve(
         self,
@@ -122,7 +163,7 @@ class Story(Shown):
                 returns all that it improved.
             naive: no audience; the characters do what is best for them.
             choose: whose opinion of the candidates counts: that of a `panel` of viewers whom they
-                were not made for (objective/panel.py), or the `score`.
+                were not made for (objective/panel.py), of a `wide` one, or the `score`.
             effort: about so many times the usual time goes into a beam search. For the same seed
                 more effort never makes the best score worse.
 
@@ -137,14 +178,20 @@ class Story(Shown):
         if seed < 0 or candidates < 1 or effort < 1:
             raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
         if choose not in get_args(Choice):
-            raise ValueError(f"candidates are chosen by {' or '.join(get_args(Choice))}")
+            *others, last = get_args(Choice)
+            raise ValueError(f"candidates are chosen by {', '.join(others)} or {last}")
         task, search = self.task(watch, effort), search_of(self.typed, naive)
         if effort > 1 and not search.takes_effort:
             message = "more effort is for beam searches"
             hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
             problem = error("search", message, whole_file(self.typed.source.name), hint)
             raise self.typed.placed(problem, ast.Search)
-        scripts, judgements, finished = chosen(task, search, seed, candidates, choose)
+        given = (search, seed, candidates, choose)
+        if self.typed.lengths:
+            tasks = [replace(task, story=story) for story in self.typed.lengths]
+            scripts, judgements, finished = chosen_of_lengths(tasks, *given)
+        else:
+            scripts, judgements, finished = chosen(task, *given)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
 
     def wishes(
@@ -158,7 +205,9 @@ class Story(Shown):
         """
         looks = not naive and self.typed.search.method != "naive"
         search = search_of(self.typed) if looks else None
-        return wishes_of(self.task(watch), search, script.frames, seed)
+        task = self.task(watch)
+        task = replace(task, story=self.typed.of_length(script.length))
+        return wishes_of(task, search, script.frames, seed)
 
     def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
         """Warnings about what viewers are brought to believe by a script of this story."""
@@ -166,4 +215,4 @@ class Story(Shown):
 
     def __repr__(self) -> str:
         told = self.typed
-        return f"<Story {told.name}: world {told.world}, {told.length} frames>"
+        return f"<Story {told.name}: world {told.world}, {told.frames}>"

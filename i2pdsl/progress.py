@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -23,6 +25,7 @@ class Bars:
     def __init__(self, waiting: str = "") -> None:
         self.bar: Any = None
         self.name = ""
+        self.whole = ""  # what the work at hand is a part of
         self.waiting = waiting
         self.shown = sys.stderr is not None and sys.stderr.isatty()
         self.watch = Watch(self._planning, self._searching, self.training, self.say)
@@ -45,6 +48,19 @@ class Bars:
         self.close()
         click.echo(harmless(message), err=True)
 
+    @contextmanager
+    def within(self, whole: str) -> Iterator[None]:
+        """Bars that say what their work is a part of: `3 of 28, twist-kitchen: searching`."""
+        self.close()
+        self.whole = f"{whole}: "
+        if self.shown:  # before there is anything to count
+            self._show("begins", 1).refresh()
+        try:
+            yield
+        finally:
+            self.close()
+            self.whole = ""
+
     def close(self) -> None:
         if self.shown and self.waiting:
             click.echo("\r\x1b[2K", err=True, nl=False)  # the whole line is cleared
@@ -62,7 +78,12 @@ class Bars:
             layout = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}<{remaining}{postfix}"
             width = self.columns()
             self.bar = tqdm(
-                total=total, desc=name, bar_format=layout, leave=False, ncols=width, nrows=20
+                total=total,
+                desc=self.whole + name,
+                bar_format=layout,
+                leave=False,
+                ncols=width,
+                nrows=20,
             )
         return self.bar
 
@@ -97,10 +118,6 @@ class Bars:
     def compiling(self, done: int, total: int) -> None:
         """One more story's search is compiled."""
         self._count("compiling", done, total)
-
-    def making(self, name: str, done: int, total: int) -> None:
-        """One more example of a catalogue is made."""
-        self._count(f"making {name}", done, total)
 
     def _count(self, name: str, done: int, total: int) -> None:
         if self.shown:

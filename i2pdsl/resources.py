@@ -39,8 +39,10 @@ _OLD = 3600.0  # seconds since the last write
 
 
 @contextmanager
-def atomic_path(path: Path) -> Iterator[Path]:
+def atomic_path(path: Path, new: bool = False) -> Iterator[Path]:
     """A temporary path beside `path` that becomes `path` if the block succeeds, else vanishes.
+    A `new` one takes the place of nothing: FileExistsError where there is something, if only a
+    broken link.
 
     The temporary name keeps the suffix, because writers choose their format by it. Old temporary
     files in the folder, which processes left that were killed, are removed.
@@ -58,7 +60,10 @@ def atomic_path(path: Path) -> Iterator[Path]:
         umask = os.umask(0)
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
+        if new:
+            _claim(temporary, path)
+        else:
+            temporary.replace(path)
     except OSError as problem:
         names = [str(n) for n in (problem.filename, problem.filename2) if n is not None]
         if problem.errno is None or (names and not any(_TEMPORARY in name for name in names)):
@@ -67,6 +72,17 @@ def atomic_path(path: Path) -> Iterator[Path]:
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
+
+
+def _claim(temporary: Path, path: Path) -> None:
+    """Gives a file a name that nothing has."""
+    try:
+        os.link(temporary, path)  # fails where there is something, whoever put it there meanwhile
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+        temporary.replace(path)
 
 
 def _sweep(folder: Path) -> None:
@@ -83,7 +99,7 @@ def _sweep(folder: Path) -> None:
                         os.unlink(entry.path)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a text file atomically, as UTF-8 with plain line ends."""
-    with atomic_path(path) as temporary:
+def write_text(path: Path, text: str, new: bool = False) -> None:
+    """Writes a text file atomically, as UTF-8 with plain line ends; see `atomic_path`."""
+    with atomic_path(path, new) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")

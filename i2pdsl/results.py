@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language.story import Requirement
-from i2pdsl.objective.panel import Judgement, judge, panel
+from i2pdsl.objective.panel import Judgement, imagined_otherwise, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
@@ -19,8 +20,11 @@ from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
 from i2pdsl.worlds.record import Trajectory
 
-Choice = Literal["panel", "score"]
-"""Who puts candidates in their order: viewers whom they were not made for, or the objective."""
+IN_FULL = 3  # lengths of a story of several that are searched as much as a story of one
+
+Choice = Literal["panel", "wide", "score"]
+"""Who puts candidates in their order: viewers whom they were not made for, more of such, or the
+objective."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ def chosen(
     the story's own audience's, half the panel's (docs/stories.md has both). Those that are no films
     (search/candidates.py), or that the story's audience finds much worse than the best, come last.
     """
-    by_panel = choose == "panel"
+    by_panel = choose != "score"
     wanted = max(count, SHORTLIST) if by_panel else count
     found = search.solve(task, seed, wanted)
     began = time.perf_counter()
@@ -76,22 +80,53 @@ def chosen(
     if not search.offers_all:
         paths = [script.trajectory.states for script in scripts]
         scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
-    members = panel(task.story, task.world)
+    other = imagined_otherwise(task.story, task.world, task.watch) if choose == "wide" else None
+    members = panel(task.story, task.world, other)
     judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
     if by_panel:
         best = max(_worth(script) for script in scripts)
-        judged.sort(key=lambda each: _place(task, best, *each))
+        judged.sort(key=lambda each: _place(best, *each))
     kept = judged if search.offers_all else judged[:count]
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
 
 
-def _place(
-    task: Task, best: float, script: Script, judgement: Judgement
-) -> tuple[int, int, float, float]:
+def chosen_of_lengths(
+    tasks: list[Task], search: Search, seed: int, count: int, choose: Choice
+) -> tuple[list[Script], list[Judgement], bool]:
+    """As `chosen`, of a story in several lengths: a first pass over all of them says which
+    IN_FULL are searched in full, and their scripts are compared."""
+    first: list[tuple[int, float, int]] = []
+    for number, task in enumerate(tasks):
+        plan = replace(task.story.search, polish=0)
+        story = replace(task.story, search=plan)
+        brief = replace(task, story=story, whole=task.objective, effort=1)
+        best, *_ = ranked(brief, search.solve(brief, seed, 1), seed)
+        first.append((len(best.unmet), -_worth(best), number))
+    found: list[tuple[Script, Judgement]] = []
+    finished = True
+    for _, _, number in sorted(first)[:IN_FULL]:
+        if finished:
+            scripts, judgements, finished = chosen(tasks[number], search, seed, count, choose)
+            found += zip(scripts, judgements, strict=True)
+    best_score = max(_worth(script) for script, _ in found)
+    by_score = lambda each: (len(each[0].unmet), -_worth(each[0]))
+    by_panel = lambda each: _place(best_score, *each)
+    kept = sorted(found, key=by_score if choose == "score" else by_panel)[:count]
+    return [script for script, _ in kept], [judgement for _, judgement in kept], finished
+
+
+def best_of(results: Sequence[Result]) -> Result:
+    """Of what a story's search found with several seeds, that whose script the panel puts first: it
+    is the same panel for all."""
+    best = max(_worth(found.script) for found in results)
+    return min(results, key=lambda found: _place(best, found.script, found.judgements[0]))
+
+
+def _place(best: float, script: Script, judgement: Judgement) -> tuple[int, int, float, float]:
     """Where a script stands among the candidates, of which the best has a score of `best`."""
     score = _worth(script)
-    lacks = faults(task.world, script.trajectory.states)
+    lacks = faults(script.world, script.trajectory.states)
     lacks += int(score < best - TOLERANCE * abs(best))
     return len(script.unmet), lacks, -(score + judgement.mean), -judgement.worst
 

@@ -28,7 +28,7 @@ from i2pdsl.language.check import (
     default_assumption,
 )
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import Requirement
+from i2pdsl.language.story import USUAL, Audience, Requirement
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
@@ -67,6 +67,7 @@ class Script(Shown):
         unmet: the requirements of its story that it does not meet.
         subjects: the beliefs that its story speaks of.
         wishes: what it reaches of each, if somebody looked (search/wishes.py).
+        audiences: those of its story, whose observers are those of `world`.
     """
 
     record: Record
@@ -81,6 +82,7 @@ class Script(Shown):
     unmet: tuple[Requirement, ...] = ()
     subjects: tuple[Subject, ...] = ()
     wishes: tuple[Wish, ...] = ()
+    audiences: tuple[Audience, ...] = (USUAL,)
 
     @property
     def score(self) -> float | None:
@@ -107,6 +109,10 @@ class Script(Shown):
         Raises StoryError, naming the frame, where the world does not allow what it says.
         """
         return script_from(read_record(path), Path(path).parent, watch)
+
+    def audience_of(self, viewers: ty.Viewers | None) -> Audience:
+        """The audience of some of its observers; without them the one that needs no name."""
+        return next((a for a in self.audiences if a.viewers == viewers), self.audiences[0])
 
     def save(self, path: Path | str) -> Path:
         """Writes the script as JSON, atomically."""
@@ -138,13 +144,8 @@ class Script(Shown):
             self.length,
             self.assumption,
             None if assume is None else Source("assume", assume),
-            self._thinkable(),
+            self.audiences,
         )
-
-    def _thinkable(self) -> tuple[ty.Mask, ...]:
-        """For each viewer, which hypotheses have a prior above 0."""
-        priors = np.asarray(self.world.log_prior(self.world.tables))
-        return tuple(tuple(bool(x > -np.inf) for x in prior) for prior in priors)
 
     def query(self, expression: str, assume: str | None = None) -> np.ndarray:
         """Asks a question of the audience (language.md, "Queries").
@@ -289,6 +290,7 @@ def script_of(
         windows=windows,
         unmet=unmet(story, world, frames),
         subjects=subjects_of(story),
+        audiences=story.audiences,
     )
 
 
@@ -326,6 +328,7 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
     kind = kind_of(spec)
     path = kind.read(kind.rules(spec), record)  # before planning, which may take long
     world = ready_world(spec, viewers, watch)
+    story = story.of_length(len(path.actions)) if story else None
     module = story.module if story else Module(Source("script", ""))
     assumption = story.assumption if story else default_assumption(world.vocabulary)
     frames = replay(world, path.states, path.actions)
@@ -345,6 +348,7 @@ def script_from(record: Record, folder: Path | None, watch: Watch | None = None)
         windows,
         missed,
         subjects,
+        audiences=story.audiences if story else (USUAL,),
     )
 
 

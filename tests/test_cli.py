@@ -872,6 +872,7 @@ def test_completion(place: Path) -> None:
     assert "plain,kitchen" in completions("i2p plan ", place)
     assert completions("i2p run he", place) == ["file,he"]
     assert completions("i2p completion b", place) == ["plain,bash"]
+    assert completions("i2p new x --pattern betr", place) == ["plain,betrayal"]
 
 
 def test_completion_in_bash(place: Path) -> None:
@@ -918,3 +919,15 @@ def test_a_requirement_that_is_not_met_is_said(place: Path, i2p: Run) -> None:
     assert done.status == DONE
     assert json.loads(done.out)["unmet"] == [lines[-1]]
     assert done.err.startswith("late.story:4:1: warning[unmet]: no script was found that meets")
+
+
+def test_frames_to_keep_need_a_script(place: Path, i2p: Run) -> None:
+    Path("s.story").write_text("world fork\nlength 2\nsearch naive", encoding="utf-8")
+    assert i2p("run", "s.story", "--frames", "1").status == USAGE
+    assert i2p("run", "s.story", "--format", "svg", "--out", "out").status == DONE
+    kept = ("run", "s.story", "--keep", "out/s/script.json", "--frames")
+    done = i2p(*kept, "3", "--format", "svg")
+    assert "frame 3 cannot be kept: the script has 2 frames, the story 2" in done.err
+    done = i2p(*kept, "1-2", "--format", "svg", "--json")
+    assert done.status == DONE
+    assert json.loads(done.out)["unmet"] == []

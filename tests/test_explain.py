@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from html import escape
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -21,7 +22,8 @@ from i2pdsl.language.check import default_assumption
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.subjects import subjects_of
-from i2pdsl.render.reasons import reasons_in_words
+from i2pdsl.render.pictures import pictures_of
+from i2pdsl.render.reasons import account_of, reasons_in_words
 from i2pdsl.scripts import Script, make_record
 from i2pdsl.worlds.plane.world import build_plane
 from i2pdsl.worlds.record import Trajectory
@@ -163,6 +165,17 @@ def test_words_go_the_way_that_beliefs_go(asked: Script) -> None:
                 )
     assert len(rises) > T
     assert len(set(rises)) == 2
+
+
+def test_the_page_tells_every_change(asked: Script) -> None:
+    page, account = pictures_of([asked]).page(), account_of(asked)
+    assert account is not None
+    told = [(seen.first, change) for seen in account.observations for change in seen.changes]
+    assert len({frame for frame, _ in told}) > 2
+    for frame, change in told:
+        item = page.partition(f'<li data-first="{frame}" ')[2].partition('<li data-first="')[0]
+        assert escape(change.claim) in item
+        assert escape(change.ratio) in item
 
 
 def test_an_event_is_nobodys_deed(pair: Pair) -> None:

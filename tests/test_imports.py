@@ -52,7 +52,7 @@ FLOORS = (
     ("render", "describe"),
     ("editor",),
     ("library",),
-    ("repl", "notebook", "output"),
+    ("repl", "notebook", "output", "beginnings"),
     ("commands",),
     ("cli", "__main__"),
 )

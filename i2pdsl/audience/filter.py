@@ -27,16 +27,21 @@ def update(log_belief: Array, log_likelihood: Array, forgetting: Array) -> Array
     Args:
         log_belief: log P(H), [..., O, H], normalised over H.
         log_likelihood: log P(a | H), broadcastable to it.
-        forgetting: e for each observer, [O].
+        forgetting: e for each observer, [O]; or [O, H], where some know more than others: e under
+            the hypotheses that an observer thinks possible, among which he forgets, else 0.
     """
     xp = log_belief.__array_namespace__()
     joint = log_belief + log_likelihood
     log_posterior = joint - log_sum(joint)[..., None]
-    count = log_belief.shape[-1]
-    if count == 1:
+    each = forgetting[:, None] if forgetting.ndim == 1 else forgetting
+    count: Any = log_belief.shape[-1]
+    if forgetting.ndim == 2:
+        count = (forgetting > 0).sum(-1, keepdims=True)
+        each, count = xp.where(count > 1, each, 0.0), xp.maximum(count, 2)
+    elif count == 1:
         return log_posterior
-    share = forgetting[:, None] / (count - 1)
-    mixed = share + (1 - forgetting[:, None] - share) * xp.exp(log_posterior)
+    share = each / (count - 1)
+    mixed = share + (1 - each - share) * xp.exp(log_posterior)
     # Without forgetting the logs are kept exactly: exp would lose what is far below the rest.
-    positive = forgetting[:, None] > 0
+    positive = each > 0
     return xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)), log_posterior)

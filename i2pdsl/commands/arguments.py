@@ -7,10 +7,11 @@ from typing import Any
 import click
 
 
-class Seeds(click.ParamType):
+class Numbers(click.ParamType):
     """`0-19`, `3` or `1,4,7`."""
 
-    name = "seeds"
+    def __init__(self, name: str):
+        self.name = name
 
     def convert(self, value: Any, param: Any, ctx: Any) -> list[int]:
         seeds: list[int] = []
@@ -18,7 +19,7 @@ class Seeds(click.ParamType):
             first, dash, last = part.strip().partition("-")
             numbers = [first, last] if dash else [first]
             if not all(number.isdecimal() and len(number) < 19 for number in numbers):
-                self.fail(f"{value!r} are no seeds; write 0-19 or 1,4,7", param, ctx)
+                self.fail(f"{value!r} are no {self.name}; write 0-19 or 1,4,7", param, ctx)
             span = range(int(numbers[0]), int(numbers[-1]) + 1)
             if not span or len(span) > 10_000:
                 self.fail(f"{part!r} is an empty or endless range", param, ctx)

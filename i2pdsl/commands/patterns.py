@@ -20,12 +20,20 @@ if TYPE_CHECKING:
 @click.option(
     "--world", "worlds", multiple=True, help="Of the catalogue's examples; kitchen and hill."
 )
+@click.option(
+    "--seeds",
+    type=click.IntRange(1, 100),
+    default=3,
+    help="Of which the catalogue shows the best; default 3.",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
-def patterns(library: str | None, page: str | None, worlds: tuple[str, ...], as_json: bool) -> int:
+def patterns(
+    library: str | None, page: str | None, worlds: tuple[str, ...], seeds: int, as_json: bool
+) -> int:
     """List the standard patterns, or those of a library (.i2plib, a file or a folder)."""
     opened, place = open_library(library, with_stories=page is not None)
     if page is not None:
-        return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), as_json)
+        return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), seeds, as_json)
     from i2pdsl.library.examples import gallery_files
     from i2pdsl.library.fits import NOT_TRIED, was_tried
 
@@ -105,20 +113,27 @@ def in_words(pattern: dict[str, Any], is_tried: bool) -> list[str]:
     return lines + [f"picture: {path}" for path in pattern["pictures"].values()]
 
 
-def catalogue(library: PatternLibrary, folder: Path, worlds: list[str], as_json: bool) -> int:
-    """Makes the examples that are not there yet and writes the page."""
+def catalogue(
+    library: PatternLibrary, folder: Path, worlds: list[str], seeds: int, as_json: bool
+) -> int:
+    """Makes the examples that are not there yet; the pages are there from the first on."""
     from i2pdsl.library.catalogue import save_catalogue
     from i2pdsl.library.examples import Gallery, examples_of, make_all
     from i2pdsl.progress import Bars
 
     check_writable(folder)
     with Bars() as bars:
-        gallery = Gallery(folder, library, bars.say)
+        gallery = Gallery(folder, library, bars.say, seeds)
         examples = {p["name"]: examples_of(library, p, worlds) for p in library.patterns}
         every = [example for found in examples.values() for example in found]
         there = sum(gallery.kept(example) is not None for example in every)
-        shown, failed, finished = make_all(gallery, every, bars)
-    page = save_catalogue(folder, library, examples, shown, failed)
+        shown, failed, finished = make_all(
+            gallery,
+            every,
+            bars,
+            lambda shown, failed: save_catalogue(folder, library, examples, shown, failed, seeds),
+        )
+    page = folder / "index.html"
     for name, why in failed.items():
         click.echo(f"warning: {name} could not be made: {why}", err=True)
     if not finished:

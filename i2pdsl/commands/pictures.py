@@ -22,7 +22,10 @@ def film_options(command: Callable[..., int]) -> Callable[..., int]:
     """The options of films, handed to a command as `look`."""
 
     @click.option(
-        "--pace", type=click.FloatRange(0.1, 10), default=1.0, help="Films: 2 is twice as fast."
+        "--pace",
+        type=click.FloatRange(0.1, 10),
+        default=1.0,
+        help="Films and pages: 2 is twice as fast.",
     )
     @click.option("--no-meter", is_flag=True, help="Films: without title and curves.")
     @click.option("--size", type=Size(), default=None, help="Films: pixels, as 1920x1080.")

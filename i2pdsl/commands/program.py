@@ -22,6 +22,7 @@ from i2pdsl.output import (
 )
 
 COMMANDS = (
+    "new",
     "run",
     "render",
     "sheet",

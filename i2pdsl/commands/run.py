@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.arguments import Assignment, Formats, Seeds
+from i2pdsl.commands.arguments import Assignment, Formats, Numbers
 from i2pdsl.commands.inputs import load_stories
 from i2pdsl.commands.pictures import draw, film_options
 from i2pdsl.errors import StoryError, display_width, harmless, padded
@@ -41,7 +41,7 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
     default=None,
     help="Of the initial states, or a descent's first changes; default 0.",
 )
-@click.option("--seeds", type=Seeds(), default=None, help="Several seeds: 0-19 or 1,4,7.")
+@click.option("--seeds", type=Numbers("seeds"), default=None, help="Several seeds: 0-19 or 1,4,7.")
 @click.option(
     "--out", type=click.Path(file_okay=False), default="out", help="Folder; default out/."
 )
@@ -58,9 +58,13 @@ WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
 )
 @click.option(
     "--choose",
-    type=click.Choice(["panel", "score"]),
+    type=click.Choice(["panel", "wide", "score"]),
     default="panel",
     help="Who puts candidates in order: other viewers than the story's, or its objective.",
+)
+@click.option("--keep", type=click.Path(), default=None, help="A script to keep frames of.")
+@click.option(
+    "--frames", type=Numbers("frames"), default=None, help="Those that --keep keeps: 1-5,9."
 )
 @click.option("--naive", is_flag=True, help="No audience: the characters do what is best for them.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
@@ -75,6 +79,8 @@ def run(
     candidates: int,
     effort: int,
     choose: Choice,
+    keep: str | None,
+    frames: list[int] | None,
     naive: bool,
     as_json: bool,
     look: FilmLook,
@@ -84,7 +90,11 @@ def run(
         raise click.UsageError("give --seed or --seeds, not both")
     chosen = seeds if seeds is not None else [seed or 0]
     several = len(stories) > 1 or len(chosen) > 1 or seeds is not None
+    if (keep is None) != (frames is None):
+        raise click.UsageError("--keep SCRIPT and --frames 1-5,9 belong together")
     loaded = load_stories(stories, settings)
+    if keep is not None:
+        loaded = [keeping(story, keep, frames or []) for story in loaded]
     folders = [Path(out) / folder_name(story.typed.name) for story in loaded]
     for folder in folders:
         if folders.count(folder) > 1:
@@ -163,7 +173,7 @@ def make(
             number = len(parts) + 1
             place = folder if number == 1 else folder / f"candidate-{number}"
             parts.append({**candidate(script, judgement, place), "files": {}})
-            if story.typed.requirements:
+            if story.typed.requirements or story.typed.pins:
                 parts[-1]["unmet"] = [requirement.text for requirement in script.unmet]
         wishes: tuple[Wish, ...] = ()
         finished = found.finished
@@ -203,6 +213,17 @@ def make(
         "wishes": [asdict(each) for each in wishes],
     }
     return document, status
+
+
+def keeping(story: Story, path: str, frames: list[int]) -> Story:
+    """A story with frames of a script file pinned. Raises StoryError."""
+    from i2pdsl.pipeline import Script
+    from i2pdsl.progress import Bars
+
+    with Bars() as bars:
+        script = Script.load(path, bars.watch)
+    show(script.warnings)
+    return story.keeping(script, frames)
 
 
 def candidate(script: Script, judgement: Judgement, folder: Path) -> dict[str, Any]:

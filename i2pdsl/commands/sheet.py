@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Replace a value.")
 @click.option(
     "--choose",
-    type=click.Choice(["panel", "score"]),
+    type=click.Choice(["panel", "wide", "score"]),
     default="panel",
     help="Who puts candidates in order, as for i2p run.",
 )
@@ -95,10 +95,11 @@ def _drawn(scripts: list[Script], folder: Path, title: str) -> dict[str, str]:
     from i2pdsl.render.fonts import noting
     from i2pdsl.render.pictures import drawing_for
     from i2pdsl.render.raster import save_png
+    from i2pdsl.resources import write_text
 
     with noting(warn):
         pictures = drawing_for(scripts[0].world.spec).sheet(scripts, title)
         png, page = folder / "sheet.png", folder / "sheet.html"
         save_png(png, pictures.comic())
-        pictures.save_page(page)
+        write_text(page, pictures.page())
     return {"png": str(png), "html": str(page)}

@@ -98,12 +98,13 @@ def colour(text: str, names: Mapping[str, str] | None = None) -> Iterator[Piece]
 
 _STATEMENT_TERMINALS = frozenset(f"{word.upper()}_KW" for word in STATEMENT_WORDS)
 _CALLED = re.compile(r"[ \t]*\(")
+_GIVEN = re.compile(r"[ \t]*=")
 
 
 def kind_of(text: str, start: int, end: int, last: str) -> str:
     """The kind of a name, from the text alone; `last` is the terminal before it."""
     name = text[start:end]
-    if last in ("LET_KW", "PATTERN_KW"):
+    if last in ("LET_KW", "PATTERN_KW") or (last == "AUDIENCE_KW" and _GIVEN.match(text, end)):
         return "definition"
     if name in FUNCTIONS:
         return "function"

@@ -21,6 +21,7 @@ from i2pdsl.editor.words import explanation, spellings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS, ONCE, STATEMENT_WORDS
 from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED, HIDDEN
+from i2pdsl.language.settings import AUDIENCES
 
 __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surroundings"]
 
@@ -209,10 +210,15 @@ def _continuations(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterato
     last = inner.part[-1] if inner.part else None
     kind = last.type if last is not None else ""
     scripts = kind in ("RPAR", "RSQB") or (last is not None and place.is_script(last))
-    if not scripts and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
+    pinned = place.keyword == "pin" and kind == "EQ"
+    asked = kind in BY_TERMINAL and (len(place.around.audiences) > 1 or bool(place.own))
+    fits = scripts or pinned or asked
+    if not fits and kind not in (EXPECTED.terminal, "PLUSPLUS", "BEFORE_KW", *EVER):
         chosen -= {"PLUSPLUS", "LSQB"}
     if inner.kind == "parameters" and len(inner.part) == 1:
         chosen |= {"EQ"}  # the grammar sees a default only with its `=`
+    if inner.kind == "statement" and place.keyword == "audience" and len(inner.part) == 1:
+        chosen |= {"EQ"} if str(last) not in AUDIENCES else set()
     if kind == "NAME" and not _can_be_called(str(last), place):
         chosen -= {"LPAR"}
     if slot.kind not in _TRUTHS and place.stack[0].kind != "expression" and inner.kind != "range":

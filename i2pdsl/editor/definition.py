@@ -45,10 +45,12 @@ def definition(text: str, offset: int, around: Surroundings, start: str = "file"
         if own.name.id == word:
             return own.name.span
     # The text may have changed since its names were read.
-    own_name = re.compile(rf"^(?:let|pattern)[ \t]+({re.escape(word)})\b", re.M).search(text)
+    begins = r"(?:let|pattern)[ \t]+({0})\b|audience[ \t]+({0})[ \t]*="
+    own_name = re.compile(rf"^(?:{begins.format(re.escape(word))})", re.M).search(text)
     if own_name is not None:
         here = Source(around.module.source.name, text)
-        return Span(here, own_name.start(1), own_name.end(1))
+        group = own_name.lastindex or 1
+        return Span(here, own_name.start(group), own_name.end(group))
     found = around.module.find(word)
     return found.item.name.span if found is not None else _in_world(word, around)
 

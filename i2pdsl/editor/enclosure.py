@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from lark import Token
 
-from i2pdsl.language.forms import BY_TERMINAL
+from i2pdsl.language.forms import BY_TERMINAL, EXPECTED
 
 OPERAND_ENDS = frozenset(
     ("NAME", "NUMBER", "STRING", "SCRIPT_KW", "T_VAR", "T_END", "RPAR", "RSQB", "RBRACE")
@@ -26,7 +26,8 @@ class Enclosure:
 
     Attributes:
         kind: statement, expression, group, call, parameters, settings, index, holds (a predicate
-            of a frame), turn, set, range, or the word of a form: P, E, V, KL...
+            of a frame), turn, set, range, whose (the audience of a form), or the word of a form:
+            P, E, V, KL...
         name: what is called; the keyword of a statement, or of the statement that has settings.
         separator: the terminal that began the part at hand, '' in the first.
         part: the tokens of the part at hand; closed brackets stand in it as their last token.
@@ -127,13 +128,18 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
     if token.type == "LBRACE":
         return Enclosure("set", _compared(top.part))
     if last in _FORMS:
-        return Enclosure(str(before))
+        whose = token.type == "LSQB" and last != EXPECTED.terminal
+        return Enclosure("whose" if whose else str(before))
+    if last == "RSQB" and len(top.part) > 1 and top.part[-2].type in BY_TERMINAL:
+        return Enclosure(str(top.part[-2]))  # `P[audience](`, `E[audience][`
     if token.type == "LSQB":
-        if last == "PLUSPLUS":
+        if last == "PLUSPLUS" or (top.name == "pin" and last == "EQ"):
             return Enclosure("turn")
         return Enclosure("index" if last in OPERAND_ENDS else "holds")
     keyword = top.name.upper() + "_KW" if top.kind == "statement" else ""
-    if len(top.part) == 1 and before is not None and keyword in (*_SETTINGS, "PATTERN_KW"):
+    named = keyword == "AUDIENCE_KW" and [t.type for t in top.part[:2]] == ["NAMED", "EQ"]
+    first = len(top.part) == (3 if named else 1)
+    if first and before is not None and keyword in (*_SETTINGS, "PATTERN_KW"):
         name = str(before).strip('"')
         if keyword == "PATTERN_KW":
             return Enclosure("parameters", name)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from i2pdsl.editor.colours import EVER, Piece, colour
 from i2pdsl.editor.complete import offers_at
 from i2pdsl.editor.names import definition_offer, latent_offer
-from i2pdsl.editor.offers import Offer
+from i2pdsl.editor.offers import Offer, audience_offer
 from i2pdsl.editor.reading import line_around, read_before, statement_around
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.editor.types import type_of
@@ -188,7 +188,7 @@ def _known(word: str, around: Surroundings) -> Offer | None:
     world = around.vocabulary
     if world is not None and word in world.latents:
         return latent_offer(world.latents[word])
-    return None
+    return next((audience_offer(a) for a in around.audiences if a.name == word), None)
 
 
 # Types.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from i2pdsl.editor.offers import OF_STATEMENTS, Offer
+from i2pdsl.editor.offers import OF_STATEMENTS, Offer, named_audiences
 from i2pdsl.editor.slots import Place, Slot
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
@@ -47,6 +47,7 @@ _SORTS = {
     "object": ("object",),
     "place": ("place",),
     "spot": ("character", "object", "place"),
+    "whose": (),
 }
 _LATENTS = ("any", "event", "assumption", "quantity", "quantity or value", "latent")
 _HIDDEN = (*_LATENTS, "latent or script", "script or event")
@@ -67,6 +68,8 @@ def names_at(place: Place, slot: Slot) -> Iterator[Offer]:
             yield Offer(name, "parameter", "a parameter of this pattern")
         yield from _definitions(place, slot)
     yield from _named_parameters(place, slot)
+    if slot.kind == "quantity" and len(place.around.audiences) > 1 and place.may_be_audience:
+        yield from named_audiences(place, slot)
     if slot.kind == "assumption":
         yield Offer("nothing", "keyword", "assume nothing", "drops the usual assumption")
 

@@ -11,8 +11,9 @@ from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source
 from i2pdsl.language.check import known_worlds
 from i2pdsl.language.packed import SUFFIX
-from i2pdsl.language.settings import AUDIENCES, SEARCH_SETTINGS
+from i2pdsl.language.settings import AUDIENCES, OF_VIEWERS, SEARCH_SETTINGS
 from i2pdsl.language.statements import split_statements
+from i2pdsl.language.story import Audience
 from i2pdsl.language.vocabulary import Setting
 from i2pdsl.resources import data_folder
 from i2pdsl.untrusted import read_bytes
@@ -93,6 +94,18 @@ def _audiences(place: Place, _: Slot) -> Iterator[Offer]:
     yield from (Offer(name, "audience", about.get(name, "")) for name in AUDIENCES)
 
 
+def named_audiences(place: Place, _: Slot) -> Iterator[Offer]:
+    """The audiences that beliefs can be asked of."""
+    yield from map(audience_offer, place.around.audiences)
+
+
+def audience_offer(audience: Audience) -> Offer:
+    """An audience of the story."""
+    statement = audience.span
+    told = "the viewers of beliefs that name no others" if statement is None else statement.text
+    return Offer(audience.name, "audience", " ".join(told.split()))
+
+
 def _searches(place: Place, _: Slot) -> Iterator[Offer]:
     world = place.around.vocabulary
     unfit = "" if world is None else "descend" if world.enumerable else "beam"
@@ -116,8 +129,7 @@ def settings_of(owner: str, around: Surroundings) -> dict[str, Setting]:
         return world.settings
     if name != "bayesian":
         return {}
-    prior = Setting("prior", 1.0, "the weight of each hypothesis")
-    return {**{k: world.settings[k] for k in world.observer_settings}, "prior": prior}
+    return {**{k: world.settings[k] for k in world.observer_settings}, **OF_VIEWERS}
 
 
 def shown_default(setting: Setting) -> str:
@@ -161,6 +173,7 @@ OF_STATEMENTS: dict[str, Callable[[Place, Slot], Iterator[Offer]]] = {
     "world": _worlds,
     "library": _libraries,
     "audience": _audiences,
+    "whose": named_audiences,
     "search": _searches,
     "setting": _settings,
     "setting value": _setting_values,

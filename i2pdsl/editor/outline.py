@@ -40,8 +40,9 @@ def headings(source: Source) -> Iterator[Heading]:
     """The statements of a story."""
     for piece in _pieces(split_statements(source, STATEMENT_WORDS).pieces):
         span, keyword = piece.span, piece.keyword
-        if keyword in ("let", "pattern"):
-            named = _NAMED.match(source.text, span.start, span.end)
+        if keyword in ("let", "pattern", "audience"):
+            pattern = _AUDIENCE if keyword == "audience" else _NAMED
+            named = pattern.match(source.text, span.start, span.end)
             if named is not None:
                 name_span = Span(source, named.start(1), named.end(1))
                 yield Heading(named.group(1), keyword, span, name_span)
@@ -52,6 +53,7 @@ def headings(source: Source) -> Iterator[Heading]:
 
 
 _NAMED = re.compile(r"\w+\s+([^\W\d]\w*)")
+_AUDIENCE = re.compile(rf"{_NAMED.pattern}\s*=")
 _MOST = 500  # headings
 
 

@@ -10,9 +10,10 @@ from i2pdsl.editor.enclosure import COMPARISONS, Enclosure, argument_name
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
-from i2pdsl.language.forms import ABOUT, APART, BY_NAME, UNSURE
+from i2pdsl.language.forms import ABOUT, APART, BY_NAME, EXPECTED, UNSURE
 from i2pdsl.language.kinds import parameter_kinds
 from i2pdsl.language.scope import Module
+from i2pdsl.language.settings import OF_VIEWERS
 from i2pdsl.language.vocabulary import Weights
 
 _ARITHMETIC = ("PLUS", "MINUS", "STAR", "SLASH", "CARET")
@@ -30,6 +31,7 @@ _OF_PARAMETER = {
     "object": "object",
     "place": "place",
     "spot": "spot",
+    "audience": "whose",
 }
 _OF_STATEMENT = {
     "world": "world",
@@ -44,6 +46,7 @@ _OF_STATEMENT = {
     "audience": "audience",
     "search": "search",
     "require": "condition",
+    "pin": "script",
 }
 
 
@@ -64,7 +67,8 @@ class Slot:
             script, latent or script, script or event, value (of the latent `name`), values (of
             any), quantity or value, index, predicate, state (a predicate of the start), character,
             object, thing (either), place, spot (any of them), cell, point, actor, action, dropped
-            (by the event `name`), world, library, audience, search, setting (of the owner `name`),
+            (by the event `name`), world, library, audience (a kind of them), whose (an audience
+            with a name), search, setting (of the owner `name`),
             setting value (`owner name`), occurrence, assumption, new (a name that is being given)
             or nothing.
         parameters: the parameters of a pattern that can be named here, and `slot` is then that of
@@ -121,6 +125,15 @@ class Place:
             return str(self.tokens[1])
         return ""
 
+    @property
+    def may_be_audience(self) -> bool:
+        """Whether this begins the brackets of an expectation: `E[insider][...]`."""
+        inner = self.stack[-1]
+        begins = not inner.part and not inner.separator
+        before = self.stack[-2].part if len(self.stack) > 1 else []
+        first = bool(before) and before[-1].type == EXPECTED.terminal
+        return begins and inner.kind in BY_NAME and first
+
     def slot(self) -> Slot:
         """What makes sense here."""
         slot = self._at(len(self.stack) - 1)
@@ -161,6 +174,8 @@ class Place:
                 return Slot("index" if enclosure.separator or enclosure.part else "nothing")
             case "holds":
                 return Slot("script" if enclosure.separator == "AT" else "predicate")
+            case "whose":
+                return Slot("nothing" if enclosure.part else "whose")
             case "turn":
                 return self._of_turn(enclosure)
             case "set":
@@ -193,6 +208,8 @@ class Place:
         keyword, part = enclosure.name, enclosure.part
         if keyword in ("let", "pattern"):
             return Slot("any" if any(t.type == "EQ" for t in part) else "new")
+        if keyword == "pin" and enclosure.separator:
+            return Slot("predicate")
         return Slot(_OF_STATEMENT.get(keyword, "number"))
 
     # Calls.
@@ -254,8 +271,8 @@ class Place:
     # Settings.
 
     def _of_setting(self, enclosure: Enclosure) -> Slot:
-        if enclosure.argument == "prior":
-            return Slot("quantity")
+        if enclosure.argument in OF_VIEWERS:
+            return Slot("quantity" if enclosure.argument == "prior" else "event")
         if enclosure.argument:
             return Slot("setting value", f"{enclosure.name} {enclosure.argument}")
         if enclosure.name == "audience average":
@@ -310,7 +327,7 @@ class Place:
 
     def _is_parameter(self, enclosure: Enclosure) -> bool:
         pattern = self._pattern(enclosure.name) if enclosure.kind == "call" else None
-        if enclosure.kind == "parameters":
+        if enclosure.kind in ("parameters", "settings"):
             return True
         names = [p.name.id for p in pattern.parameters] if pattern else []
         return enclosure.argument in names

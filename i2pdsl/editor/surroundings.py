@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from i2pdsl.language.parse import parse_tolerantly
 from i2pdsl.language.scope import Definition, Env, Module, standard_library
 from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.statements import room_for_nesting
+from i2pdsl.language.story import USUAL, Audience
 from i2pdsl.language.vocabulary import Vocabulary
 
 _WORLD = re.compile(r'^world[ \t]+(?:"([^"\n]*)"|(\w+))', re.MULTILINE)
@@ -34,6 +35,7 @@ class Surroundings:
         folder: where imports and .world files are looked for; None is the current folder.
         file: the file itself, which is no library of its own.
         length: T, as far as it is known.
+        audiences: whose beliefs can be asked, without what is special about them.
     """
 
     vocabulary: Vocabulary | None
@@ -41,6 +43,7 @@ class Surroundings:
     folder: Path | None = None
     file: Path | None = None
     length: int = 10
+    audiences: tuple[Audience, ...] = (USUAL,)
 
     @cached_property
     def believing(self) -> dict[int, bool]:
@@ -84,11 +87,18 @@ def surroundings(source: Source, folder: Path | None, find_world: FindWorld) -> 
         return Surroundings(None, Module(source), folder, file)
     length = 10
     for statement in program.of(ast.LengthIs):
-        node = statement.frames
+        node = statement.most or statement.frames
         if isinstance(node, ast.Number) and 1 <= node.value <= 100_000:
             length = int(node.value)
     vocabulary = _vocabulary(program, module, folder, find_world)
-    return Surroundings(vocabulary, module, folder, file, length)
+    named = {
+        s.called.id: Audience(s.called.id, USUAL.observers, span=s.span)
+        for s in program.of(ast.Audience)
+        if s.called is not None
+    }
+    audiences = (USUAL, *(a for a in named.values() if a.name != USUAL.name))
+    placed = tuple(replace(a, first=number) for number, a in enumerate(audiences))
+    return Surroundings(vocabulary, module, folder, file, length, placed)
 
 
 def _ignore(_: Diagnostic) -> None:

@@ -83,6 +83,8 @@ def _story_rules() -> _Rules:
     yield from _common()
     definition = rf"^(let|pattern)\s+({_NAME})"
     yield {"match": definition, "captures": {"1": "keyword", "2": "definition"}}
+    audience = rf"^(audience)\s+({_NAME})(?=\s*=)"
+    yield {"match": audience, "captures": {"1": "keyword", "2": "definition"}}
     yield _rule("keyword", rf"^(?:{'|'.join(STATEMENT_WORDS)})\b")
     # `deus: table at (1, 3)`; elsewhere `at` is a predicate.
     fall = rf"(:)\s*({_NAME})\s+(at)\b"

@@ -32,6 +32,7 @@ def type_of(node: ast.Expr, around: Surroundings, module: Module | None = None) 
     elaborator = Elaborator(world, around.length, _ignore, query=True)
     elaborator.most_nodes = _MOST_NODES
     elaborator.assumption = default_assumption(world)
+    elaborator.audiences = around.audiences
     env = Env(module or around.module, times=range(1, around.length + 1))
     with room_for_nesting():
         for inside in _PLACES:

@@ -207,12 +207,13 @@ class Form(Node):
     """A form about what viewers believe, `NAME(about | given, ...)` (forms.py has the names).
 
     `given` holds scripts and further conditions as written; of a divergence the two scripts stand
-    first.
+    first. `audience` is whose belief it is, where that is said: `NAME[audience](...)`.
     """
 
     name: str
     about: tuple[Expr, ...]
     given: tuple[Expr, ...]
+    audience: Name | None = None
 
     @property
     def kind(self) -> forms.Form:
@@ -277,7 +278,15 @@ class World(Node):
 
 @dataclass(frozen=True, slots=True)
 class LengthIs(Node):
+    """`length frames`, or `length frames..most`, of which the search chooses."""
+
     frames: Expr
+    most: Expr | None = None
+
+    @property
+    def value(self) -> Span:
+        """Where the number stands, or both."""
+        return self.frames.span if self.most is None else self.frames.span.to(self.most.span)
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,8 +357,11 @@ class Assume(Node):
 
 @dataclass(frozen=True, slots=True)
 class Audience(Node):
+    """`audience name(settings)`, or `audience called = name(settings)`."""
+
     name: Name
     settings: tuple[Argument, ...]
+    called: Name | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,6 +378,17 @@ class Require(Node):
     second: Expr | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Pin(Node):
+    """`pin script[first]: condition`, or `... = [turn]`, which need not say what everybody does;
+    of several frames with a `last` one."""
+
+    first: Expr
+    last: Expr | None
+    turn: tuple[Move | Fall, ...] = ()
+    condition: Expr | None = None
+
+
 Statement = (
     World
     | LengthIs
@@ -380,6 +403,7 @@ Statement = (
     | Audience
     | Search
     | Require
+    | Pin
 )
 
 
@@ -406,12 +430,18 @@ def _field_names(kind: type[Node]) -> tuple[str, ...]:
 
 
 def children(node: Node) -> Iterator[Node]:
-    """The expressions directly below a node; the names of callees and parameters are none."""
+    """The expressions directly below a node; the names of callees, parameters and audiences are
+    none."""
     match node:
         case Call(arguments=arguments):
             yield from (a.value for a in arguments)
+        case Form(about=about, given=given):
+            yield from (*about, *given)
         case Append(script=script, turn=turn):
             yield script
+            yield from (part.place for part in turn if isinstance(part, Fall))
+        case Pin(turn=turn):
+            yield from (e for e in (node.first, node.last, node.condition) if e is not None)
             yield from (part.place for part in turn if isinstance(part, Fall))
         case _:
             for name in _field_names(node.__class__):

@@ -15,11 +15,13 @@ from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypothe
 from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
+from i2pdsl.language.story import Audience
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
 MOST_CELLS = 10_000  # of a table of several latents
 UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
+KNOWS_BETTER = "it contradicts what this audience knows (its `given`)"
 OTHERS = "others"
 _DROP = "by default everyone is taken to be rational; `assume nothing` drops that"
 
@@ -44,7 +46,13 @@ class Beliefs(Frames):
         return isinstance(self.strip(node, env)[0], _SCRIPTS)
 
     def given(
-        self, parts: tuple[ast.Expr, ...], node: ast.Node, env: Env, form: str, kind: str = "prefix"
+        self,
+        parts: tuple[ast.Expr, ...],
+        node: ast.Node,
+        env: Env,
+        form: str,
+        audience: Audience,
+        kind: str = "prefix",
     ) -> ty.Given:
         """The script and the conditions behind the bar, with the assumption."""
         if env.inside:
@@ -66,8 +74,8 @@ class Beliefs(Frames):
         mask = self.assumption
         for condition, place in masks:
             mask = _both(mask, condition)
-            if not self.can_hold(mask):
-                raise self.impossible(condition, mask, place, env)
+            if not audience.can_hold(mask):
+                raise self.impossible(condition, mask, place, env, audience)
         return ty.Given(moments[0], mask)
 
     def conditioning(self, node: ast.Expr, env: Env, form: str, kind: str) -> ty.Moment:
@@ -77,11 +85,13 @@ class Beliefs(Frames):
         message = f"expected {ITEMS_IN_WORDS[kind]}, found {ITEMS_IN_WORDS[item.kind]}"
         raise self.blame("type", message, node, env, f"write `{form}`")
 
-    def impossible(self, mask: ty.Mask, given: ty.Mask, node: ast.Expr, env: Env) -> Stop:
+    def impossible(
+        self, mask: ty.Mask, given: ty.Mask, node: ast.Expr, env: Env, audience: Audience
+    ) -> Stop:
         """`mask` is the condition alone, `given` together with all that stands before it."""
         hint = None
         if any(given):
-            hint = UNTHINKABLE
+            hint = KNOWS_BETTER if not any(audience.open_to(given)) else UNTHINKABLE
         elif any(mask):
             hint = "it is impossible together with the conditions before it and the assumption"
             if not any(_both(mask, self.assumption)):
@@ -105,19 +115,24 @@ class Beliefs(Frames):
         if form.looks_ahead and not self.world.enumerable:
             message = f"{form.looks_ahead}, which needs actions that can be listed"
             raise self.fail("world", message, node.span, env)
+        audience = self.audience(node.audience, env)
         if self.is_tabulated(form, node, env):
-            return self.table(form, node, env)
+            return self.table(form, node, env, audience)
         about, givens = self.both(
-            lambda: self.about(form, node, env), lambda: self.givens(form, node, env)
+            lambda: self.about(form, node, env), lambda: self.givens(form, node, env, audience)
         )
         if form.about == "event":
-            self.check_certain(about, givens[0].mask, node, env)
+            self.check_certain(about, audience.open_to(givens[0].mask), node, env)
         elif form.about == "quantity":
-            about, mask = self.expected(about, givens[0].mask, node.about[0], env)
+            about, mask = self.expected(about, givens[0].mask, node.about[0], env, audience)
             givens = (ty.Given(givens[0].moment, mask),)
-        value = ty.Belief(form.name, about, givens)
+        value = ty.Belief(form.name, about, givens, viewers=self.viewers(audience))
         self.check_whole_frame(form, value, node, env)
         return Item("number", value)
+
+    def viewers(self, audience: Audience) -> ty.Viewers | None:
+        """The observers of an audience; None where there is no other."""
+        return audience.viewers if len(self.audiences) > 1 else None
 
     def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
         """What asks for the state after the given frames cannot be asked in the midst of one."""
@@ -158,7 +173,7 @@ class Beliefs(Frames):
         latent = self.latent_named(node.about[0], env)
         return latent is not None and latent.kind != "truth"
 
-    def table(self, form: Form, node: ast.Form, env: Env) -> Item:
+    def table(self, form: Form, node: ast.Form, env: Env, audience: Audience) -> Item:
         """A form that is a table of probabilities, for queries only."""
         about, labels, latents = self.axes(form, node, env)
         if not self.query:
@@ -170,8 +185,8 @@ class Beliefs(Frames):
                 events = (f"{x.name} = {show_value(x.values[0])}" for x in latents)
                 hint = f"ask for an event: `{' and '.join(events)}`"
             raise self.blame("distribution", message, node.about[0], env, hint)
-        givens = self.givens(form, node, env)
-        value = ty.Belief(form.name, about, givens, labels)
+        givens = self.givens(form, node, env, audience)
+        value = ty.Belief(form.name, about, givens, labels, self.viewers(audience))
         self.check_whole_frame(form, value, node, env)
         if len(latents) == 1:
             return Item("symbol", value, latents[0])
@@ -219,15 +234,17 @@ class Beliefs(Frames):
             return ty.Constant(0.0)  # `given` refuses a belief here
         return self.number(operand, replace(env, inside="quantity"))
 
-    def givens(self, form: Form, node: ast.Form, env: Env) -> tuple[ty.Given, ...]:
+    def givens(
+        self, form: Form, node: ast.Form, env: Env, audience: Audience
+    ) -> tuple[ty.Given, ...]:
         """What a form is conditioned on: one script, or two."""
         kind = "frame" if form.asks_frame else "prefix"
         if form.shape is not APART:
-            return (self.given(node.given, node, env, form.written, kind),)
+            return (self.given(node.given, node, env, form.written, audience, kind),)
         first, second, *conditions = node.given
         return self.both(
-            lambda: self.given((first, *conditions), node, env, form.written),
-            lambda: self.given((second, *conditions), node, env, form.written),
+            lambda: self.given((first, *conditions), node, env, form.written, audience),
+            lambda: self.given((second, *conditions), node, env, form.written, audience),
         )
 
     def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
@@ -245,7 +262,7 @@ class Beliefs(Frames):
         self.warn("certain", message, operand if is_argument else node, env, hint)
 
     def expected(
-        self, value: ty.Typed, mask: ty.Mask, node: ast.Expr, env: Env
+        self, value: ty.Typed, mask: ty.Mask, node: ast.Expr, env: Env, audience: Audience
     ) -> tuple[ty.Typed, ty.Mask]:
         """A quantity by hypotheses, and the mask of those of them under which it means anything."""
         for part in ty.walk(value):
@@ -255,7 +272,7 @@ class Beliefs(Frames):
                     mask = _both(mask, self.rational_rows(rational))
             elif isinstance(part, ty.LatentValue):
                 mask = _both(mask, tuple(part.latent in r for r in self.world.hypotheses))
-        if not self.can_hold(mask):
+        if not audience.can_hold(mask):
             message = "under these conditions no hypothesis gives this quantity a value"
             hint = UNTHINKABLE if any(mask) else None
             raise self.blame("impossible", message, node, env, hint)

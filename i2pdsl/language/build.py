@@ -11,6 +11,7 @@ from lark import Token, Tree
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import RESERVED
+from i2pdsl.language.forms import EXPECTED
 from i2pdsl.language.mistakes import bar_missing
 from i2pdsl.language.naming import same_name
 
@@ -51,7 +52,8 @@ class Builder:
             case "world":
                 return ast.World(span, self.target(rest), self.settings(parts[2]))
             case "length":
-                return ast.LengthIs(span, self.expression(rest))
+                most = self.expression(parts[3]) if parts[3] is not None else None
+                return ast.LengthIs(span, self.expression(rest), most)
             case "start":
                 return ast.Start(span, self.expression(rest))
             case "allow":
@@ -73,14 +75,26 @@ class Builder:
                 nothing = isinstance(condition, ast.Name) and condition.id == "nothing"
                 return ast.Assume(span, None if nothing else condition)
             case "audience":
-                return ast.Audience(span, self.name(rest), self.settings(parts[2]))
+                name: Any = parts[3]
+                called = None if rest is None else self.name(rest)
+                return ast.Audience(span, self.name(name), self.settings(parts[4]), called)
             case "require":
                 return ast.Require(span, self.expression(rest))
             case "require_order":
                 second: Any = parts[6]
                 return ast.Require(span, self.expression(parts[2]), self.expression(second))
+            case "pin":
+                return self.pin(span, parts)
             case _:
                 return ast.Search(span, self.name(rest), self.settings(parts[2]))
+
+    def pin(self, span: Span, p: list[Any]) -> ast.Pin:
+        first = self.expression(p[3])
+        last = self.expression(p[5]) if p[5] is not None else None
+        if p[7].type == "COLON":
+            return ast.Pin(span, first, last, condition=self.expression(p[8]))
+        turn = tuple(self._turn_item(m) for m in p[8].children if isinstance(m, Tree))
+        return ast.Pin(span, first, last, turn)
 
     def pattern(self, tree: Tree[Token]) -> ast.Pattern:
         name: Any = tree.children[1]
@@ -202,7 +216,11 @@ class Builder:
         return ast.Prefix(span, self.expression(p[0]), self.expression(p[3]), until)
 
     def _frame(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.FrameOf(span, self.expression(p[0]), self.expression(p[2]))
+        script, number = self.expression(p[0]), self.expression(p[2])
+        whose = _audience_of(script)
+        if isinstance(script, ast.Form) and whose is not None:  # E[audience][quantity]: no script
+            return ast.Form(span, script.name, (number,), (), whose)
+        return ast.FrameOf(span, script, number)
 
     def _number(self, span: Span, p: list[Any]) -> ast.Expr:
         value = float(p[0])
@@ -237,30 +255,59 @@ class Builder:
     def _last(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.LastOf(span, self.expression(p[2]))
 
+    def whose(self, p: list[Any]) -> tuple[ast.Name | None, list[Any]]:
+        """The audience that a form names, and its parts without it."""
+        word, found, *rest = p
+        if isinstance(found, Token):  # of the forms that stand without
+            return None, p
+        return None if found is None else self.name(found.children[1]), [word, *rest]
+
     def _form(self, span: Span, p: list[Any]) -> ast.Expr:
+        whose, p = self.whose(p)
         given = self.given(p[4]) if len(p) > 4 else ()
         if p[2].data != "about":
-            return ast.Form(span, str(p[0]), (self.expression(p[2]),), given)
+            return ast.Form(span, str(p[0]), (self.expression(p[2]),), given, whose)
         if len(p[2].children) > 1 and not given:  # P(rho > 0, script[:t])
             raise StoryError([bar_missing(str(p[0]), self.span(p[2].children[1]))])
-        return ast.Form(span, str(p[0]), self.expressions(p[2].children), given)
+        return ast.Form(span, str(p[0]), self.expressions(p[2].children), given, whose)
 
     def _form_of_all(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Form(span, str(p[0]), (), self.given(p[2]))
+        whose, p = self.whose(p)
+        return ast.Form(span, str(p[0]), (), self.given(p[2]), whose)
 
     def _form_of_frame(self, span: Span, p: list[Any]) -> ast.Expr:
-        return ast.Form(span, str(p[0]), (), (self.expression(p[2]),))
+        whose, p = self.whose(p)
+        return ast.Form(span, str(p[0]), (), (self.expression(p[2]),), whose)
 
     def _form_apart(self, span: Span, p: list[Any]) -> ast.Expr:
+        whose, p = self.whose(p)
         about = (self.expression(p[2]),) if p[2] is not None else ()
         given = (self.expression(p[4]), *self.given(p[6]))
-        return ast.Form(span, str(p[0]), about, given)
+        return ast.Form(span, str(p[0]), about, given, whose)
+
+    def _form_of_audience(self, span: Span, p: list[Any]) -> ast.Expr:
+        """`E[audience][quantity | ...]`, whose first half reads as an expectation."""
+        form = self.expression(p[0])
+        whose = _audience_of(form)
+        if not isinstance(form, ast.Form) or whose is None:
+            message = "a bar stands in no index"
+            hint = "whose expectation it is stands before it: `E[AUDIENCE][QUANTITY | script[:t]]`"
+            raise StoryError([Diagnostic("syntax", message, self.span(p[3]), hint)])
+        return ast.Form(span, form.name, (self.expression(p[2]),), self.given(p[4]), whose)
 
     def _holds(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.Holds(span, self.expression(p[1]), self.expression(p[3]))
 
     def _ever(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.Ever(span, str(p[0]), self.expression(p[2]))
+
+
+def _audience_of(node: ast.Expr) -> ast.Name | None:
+    """The name in `E[NAME]`, which may be an audience's."""
+    if isinstance(node, ast.Form) and node.kind.shape is EXPECTED and not node.given:
+        (about,) = node.about
+        return about if isinstance(about, ast.Name) and node.audience is None else None
+    return None
 
 
 def _mark(item: Any) -> bool:

@@ -45,6 +45,13 @@ FUNCTIONS: dict[str, Function] = {
             (2, 999),
         ),
         Function(
+            "beats",
+            "beats(a, b, ...)",
+            "experiences in order, each a sum over t; the search chooses where each of them ends",
+            "beats(depict(rho > 0), depict(rho < 0))",
+            (2, 9),
+        ),
+        Function(
             "others",
             "others(event, ...)",
             "all latents but those that the events are about, where a latent stands",
@@ -116,8 +123,8 @@ STATEMENTS: tuple[Word, ...] = (
     ),
     Word(
         "length",
-        "length N",
-        "the number of frames, T: a whole number from 1 to 100,000",
+        "length N, length N..M",
+        "the number of frames, T: a whole number from 1 to 100,000; of several the search chooses",
         "length 15",
     ),
     Word(
@@ -200,9 +207,9 @@ STATEMENTS: tuple[Word, ...] = (
     ),
     Word(
         "audience",
-        "audience NAME(setting = value, ...)",
-        "other viewers than the world's own",
-        "audience bayesian(beta = 1)",
+        "audience KIND(setting = value, ...), audience NAME = KIND(...)",
+        "other viewers than the world's own, or more of them, each audience with a name",
+        "audience insider = bayesian(given = G_cheese = pink)",
     ),
     Word(
         "search",
@@ -216,11 +223,21 @@ STATEMENTS: tuple[Word, ...] = (
         "what must hold in the finished script, before any objective counts; several add up",
         "require eventually [at(robot, pink)]",
     ),
+    Word(
+        "pin",
+        "pin script[k]: CONDITION, pin script[k] = [who: action, ...]",
+        "how a frame must be (or the frames `script[a..b]`), what is seen in it or done; the rest "
+        "is solved around it; several add up",
+        "pin script[4]: at(robot, pink)",
+    ),
 )
 """What a statement can begin with."""
 
 STATEMENT_WORDS = tuple(word.name for word in STATEMENTS)
-_SEVERAL = ("start", "allow", "let", "pattern", "import", "maximize", "minimize", "require")
+_SEVERAL = (
+    *("start", "allow", "let", "pattern", "import", "maximize", "minimize", "audience"),
+    *("require", "pin"),
+)
 ONCE = frozenset(STATEMENT_WORDS) - frozenset(_SEVERAL)
 """The words of the statements that stand at most once in a story."""
 

@@ -24,6 +24,8 @@ class Calls(Beliefs):
             return self.predicate(node, env)
         if name == "points":
             return self.points(node, env)
+        if name == "beats":
+            return self.beats(node, env)
         if name in FUNCTIONS:
             return self.function(node, env)
         if found is not None or name in env.names:
@@ -74,4 +76,7 @@ class Calls(Beliefs):
     def check_arguments(self, node: ast.Call, env: Env) -> None:
         """Finds the unknown names in the arguments of a call that is wrong itself."""
         for argument in node.arguments:
-            check_names(argument.value, env.module, tuple(env.names), self.world, self.report)
+            named = tuple(audience.name for audience in self.audiences)
+            check_names(
+                argument.value, env.module, tuple(env.names), self.world, self.report, named
+            )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -20,16 +21,21 @@ from i2pdsl.errors import (
 )
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
+from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
+from i2pdsl.language.pins import read_pins
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env
-from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.settings import LONGEST_STORY, MOST_LENGTHS
 from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
 from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
+    USUAL,
+    VIEWERS,
+    Audience,
     Library,
     Observer,
     Requirement,
@@ -94,7 +100,8 @@ def _in_order(problems: list[Diagnostic], source: Source) -> list[Diagnostic]:
     )
 
 
-_SINGLE = (ast.World, ast.LengthIs, ast.Assume, ast.Audience, ast.Search)
+_SUMMED = ("rationality", "naturalness", "liveliness")  # automatic terms that sum over frames
+_SINGLE = (ast.World, ast.LengthIs, ast.Assume, ast.Search)
 
 
 class _Checker:
@@ -133,12 +140,17 @@ class _Checker:
     def check_single(self) -> None:
         for kind in _SINGLE:
             self.only_one(self.program.of(kind))
+        audiences = self.program.of(ast.Audience)
+        for name in dict.fromkeys(map(_audience, audiences)):
+            self.only_one([a for a in audiences if _audience(a) == name])
         for term in Weights._fields:
             self.only_one([w for w in self.program.of(ast.Weight) if w.term == term])
 
     def only_one(self, statements: list[Any]) -> None:
         for extra in statements[1:]:
             word = extra.span.text.split(None, 1)[0]
+            if isinstance(extra, ast.Audience) and extra.called is not None:
+                word = f"{word} {extra.called.id}"
             note = Note("the first one", statements[0].span)
             message = f"a story has only one `{word}`, this is another"
             self.problem("duplicate", message, extra.span, None, note)
@@ -169,7 +181,8 @@ class _Checker:
             return None
         search: ast.Search | None = self.first(ast.Search)
         objectives: list[ast.Objective] = self.program.of(ast.Objective)
-        length = self.length(world)
+        lengths = self.lengths(world)
+        length = lengths[-1]
         naive = search is not None and search.name.id == "naive"
         if not objectives and not naive:
             hint = "add `maximize EXPRESSION`, or `search naive`"
@@ -191,23 +204,16 @@ class _Checker:
             self.elaborator.world = found or vocabulary
         self.world = self.elaborator.world
         self.check_own_names()
-        audience: ast.Audience | None = self.first(ast.Audience)
-        observers: tuple[Observer, ...] = (Observer(),)
-        if audience is not None:
-            observers = self.settings.audience(audience.name, audience.settings)
-            every = (True,) * len(self.world.hypotheses)
-            self.elaborator.thinkable = tuple(
-                tuple(p > 0 for p in o.prior) if o.prior else every for o in observers
-            )
-        self.elaborator.assumption = self.assumption(audience)
+        self.elaborator.audiences = self.audiences()
+        self.elaborator.assumption = self.assumption()
         start = self.start()
         allow = self.allow()
         weights = self.weights()
-        typed = tuple(o for o in map(self.objective, objectives) if o is not None)
-        requirements = tuple(map(self.requirement, self.program.of(ast.Require)))
+        self.elaborator.weight = 1.0 if len(lengths) > 1 else None
+        asked = self.asked(objectives, allow)
         plan = self.settings.search(search)
         check_unused(self.program, self.module, self.elaborator, self.problems.append)
-        return TypedStory(
+        story = TypedStory(
             name=Path(self.program.source.name).stem,
             source=self.program.source,
             world=_word(world.name),
@@ -216,14 +222,62 @@ class _Checker:
             length=length,
             start=start,
             allow=allow,
-            objective=typed,
             weights=weights,
             assumption=self.elaborator.assumption,
-            observers=observers,
+            audiences=self.elaborator.audiences,
             search=plan,
             module=self.module,
-            requirements=tuple(r for r in requirements if r is not None),
+            **asked,
         )
+        if len(lengths) == 1:
+            return story
+        return replace(story, longest=length, lengths=self.each_length(story, lengths, objectives))
+
+    def asked(
+        self, objectives: list[ast.Objective], allow: tuple[tuple[str, str], ...]
+    ) -> dict[str, Any]:
+        """What is asked of the script: of its length."""
+        requirements = map(self.requirement, self.program.of(ast.Require))
+        return {
+            "objective": tuple(o for o in map(self.objective, objectives) if o is not None),
+            "requirements": tuple(r for r in requirements if r is not None),
+            "pins": read_pins(self.program.of(ast.Pin), self.elaborator, self.env, allow),
+        }
+
+    def each_length(
+        self, story: TypedStory, lengths: range, objectives: list[ast.Objective]
+    ) -> tuple[TypedStory, ...]:
+        """The story of each length. One that has a mistake, as an index that leaves the script, is
+        the last that is looked at."""
+        statement: ast.LengthIs = self.first(ast.LengthIs)
+        if not self.world.enumerable or story.search.method == "naive":
+            message = "a search can choose the length where it is a beam search"
+            self.problem("length", message, statement.value, f"`length {lengths[-1]}`")
+            return ()
+        found = [replace(story, longest=story.length)]
+        for length in reversed(lengths[:-1]):
+            known = len(self.problems)
+            weight = story.length / length
+            self.elaborator.length, self.elaborator.weight = length, weight
+            self.values.clear()
+            asked = self.asked(objectives, story.allow)
+            wrong = [d for d in self.problems[known:] if d.severity == "error"]
+            del self.problems[known:]
+            if wrong:
+                note = Note(f"in a story of {length} frames", statement.value)
+                self.problems += [replace(d, notes=(*d.notes, note)) for d in wrong]
+                break
+            weights = {term: weight * getattr(story.weights, term) for term in _SUMMED}
+            found.append(
+                replace(
+                    story,
+                    length=length,
+                    longest=story.length,
+                    weights=story.weights._replace(**weights),
+                    **asked,
+                )
+            )
+        return tuple(reversed(found))
 
     def vocabulary(self, world: ast.World) -> Vocabulary | None:
         name = _word(world.name)
@@ -240,44 +294,81 @@ class _Checker:
             self.problem("no-world", f"there is no world `{shorten(name)}`", world.name.span, hint)
         return found
 
-    def length(self, world: ast.World) -> int:
-        """The number of frames; any other where it is wrong, to check the rest."""
-        usual = 10
+    def lengths(self, world: ast.World) -> range:
+        """The numbers of frames; any other where it is wrong, to check the rest."""
+        usual = range(10, 11)
         statement: ast.LengthIs | None = self.first(ast.LengthIs)
         if statement is None:
             hint = "add a number of frames: `length 15`"
             message = "the story has no length"
             self.missing("no-length", message, world.span, hint, "length")
             return usual
-        node = statement.frames
+        fewest = self.frames(statement.frames)
+        most = fewest if statement.most is None else self.frames(statement.most)
+        if fewest is None or most is None:
+            return usual
+        if not 0 <= most - fewest < MOST_LENGTHS:
+            message = f"there is no length in {fewest}..{most}"
+            if fewest < most:
+                message = (
+                    f"these are {most - fewest + 1:,} lengths, at most {MOST_LENGTHS} are tried"
+                )
+            self.problem("length", message, statement.value, "for instance `length 12..20`")
+            return range(most, most + 1)
+        return range(fewest, most + 1)
+
+    def frames(self, node: ast.Expr) -> int | None:
+        """The number of frames that is written."""
         hint = "write a number of frames: `length 15`"
         value = -1.0
         if isinstance(node, ast.Number):
             value = node.value
         elif not isinstance(node, ast.Negative):
             self.problem("length", "the length must be a number", node.span, hint)
-            return usual
+            return None
         if value != int(value) or not 1 <= value <= LONGEST_STORY:
             message = f"the length must be a whole number from 1 to {LONGEST_STORY:,}"
             self.problem("length", message, node.span, hint)
-            return usual
+            return None
         return int(value)
 
     def check_own_names(self) -> None:
-        """The world's latents keep their names."""
-        for item in self.program.statements:
-            if isinstance(item, ast.Let | ast.Pattern) and item.name.id in self.world.latents:
-                message = f"`{item.name.id}` is the name of a latent of the world"
-                self.problem("shadow", message, item.name.span, "choose another name")
+        """The world's latents keep their names, and an audience has one of its own."""
+        named = [s.called for s in self.program.of(ast.Audience) if s.called is not None]
+        definitions = [s.name for s in self.program.of(ast.Let) + self.program.of(ast.Pattern)]
+        own = {name.id: name.span for name in definitions}
+        for name in (*definitions, *named):
+            if name.id in self.world.latents:
+                message = f"`{name.id}` is the name of a latent of the world"
+                self.problem("shadow", message, name.span, "choose another name")
+        for name in named:
+            if name.id in RESERVED or name.id == "pi":
+                message = f"`{name.id}` is a word of the language and cannot be a name"
+                self.problem("reserved", message, name.span, "choose another name")
+            elif name.id in own:
+                note = Note("the first one", own[name.id])
+                self.problem("duplicate", f"`{name.id}` is defined twice", name.span, None, note)
 
-    def assumption(self, audience: ast.Audience | None) -> ty.Mask:
+    def audiences(self) -> tuple[Audience, ...]:
+        """The viewers of all beliefs that name no others, and those that have names."""
+        found = {VIEWERS: USUAL}
+        for statement in self.program.of(ast.Audience):
+            observers = self.settings.audience(statement.name, statement.settings)
+            audience = Audience(_audience(statement), observers, span=statement.span)
+            if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
+                found[audience.name] = audience
+        counts = accumulate((len(a.observers) for a in found.values()), initial=0)
+        return tuple(replace(a, first=n) for a, n in zip(found.values(), counts, strict=False))
+
+    def assumption(self) -> ty.Mask:
         statement: ast.Assume | None = self.first(ast.Assume)
         if statement is None:
             usual = default_assumption(self.world)
-            if audience is not None and not self.elaborator.can_hold(usual):
-                message = "some viewer takes it for impossible that everyone is rational"
-                hint = "`assume nothing` drops what is assumed by default"
-                self.problem("impossible", message, audience.span, hint)
+            for audience in self.elaborator.audiences:
+                if audience.span is not None and not audience.can_hold(usual):
+                    message = "some viewer takes it for impossible that everyone is rational"
+                    hint = "`assume nothing` drops what is assumed by default"
+                    self.problem("impossible", message, audience.span, hint)
             return usual
         return read_assumption(self.elaborator, statement.condition, self.env)
 
@@ -366,6 +457,7 @@ class _Checker:
 
     def requirement(self, statement: ast.Require) -> Requirement | None:
         first, second = statement.condition, statement.second
+        weight, self.elaborator.weight = self.elaborator.weight, None
         try:
             if second is None:
                 item = self.elaborator.item(first, self.env)
@@ -384,7 +476,14 @@ class _Checker:
                 raise self.elaborator.fail("require", message, first.span, self.env, hint)
         except Stop:
             return None
+        finally:
+            self.elaborator.weight = weight
         return Requirement(value, statement.span)
+
+
+def _audience(statement: ast.Audience) -> str:
+    """The name of an audience."""
+    return VIEWERS if statement.called is None else statement.called.id
 
 
 @cache

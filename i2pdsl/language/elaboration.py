@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from i2pdsl.errors import Diagnostic, Note, Span, shorten
+from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.scope import Env, Module, standard_library
 from i2pdsl.language.statements import DEEPEST
+from i2pdsl.language.story import USUAL, Audience
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
 MOST_NODES = 50_000  # of an expression once all patterns are put in
@@ -95,10 +96,11 @@ class Elaboration:
     ):
         self.world = vocabulary
         self.length = length
+        self.weight: float | None = None  # of a frame in sums over t, if a search chooses T
         self.report = report
         self.query = query
         self.assumption: ty.Mask = (True,) * len(vocabulary.hypotheses)
-        self.thinkable: tuple[ty.Mask, ...] = ()  # for each viewer: the prior is above 0
+        self.audiences: tuple[Audience, ...] = (USUAL,)
         self.entities = (*vocabulary.characters, *vocabulary.things)
         self.used: set[int] = set()  # ids of the lets and patterns that were put in somewhere
         self.depth = 0
@@ -188,11 +190,6 @@ class Elaboration:
             message = f"the patterns grow to more than {self.most_nodes:,} parts when put in"
         return self.fail("nesting", message, node.span, env, "use fewer patterns in patterns")
 
-    def can_hold(self, mask: ty.Mask) -> bool:
-        """Whether a condition leaves every viewer a hypothesis with a prior above 0."""
-        every = self.thinkable or ((True,) * len(mask),)
-        return all(any(m and p for m, p in zip(mask, prior, strict=True)) for prior in every)
-
     # Wanted kinds.
 
     def number(self, node: ast.Expr, env: Env) -> ty.Typed:
@@ -240,6 +237,23 @@ class Elaboration:
             raise self.fail("constant", message, node.span, env)
         return float(value.value)
 
+    def audience(self, node: ast.Name | None, env: Env) -> Audience:
+        """The audience that a form names, or a parameter in its place; the usual one without."""
+        if node is None:
+            return self.audiences[0]
+        found, inner = node, env
+        while isinstance(found, ast.Name) and found.id in inner.names:
+            bound = inner.names[found.id]
+            found, inner = bound.expression, bound.env  # type: ignore[assignment]
+        named = {audience.name: audience for audience in self.audiences}
+        if isinstance(found, ast.Name) and found.id in named:
+            return named[found.id]
+        text = shorten(found.span.text)
+        hint = did_you_mean(text, named)
+        if len(named) == 1:
+            hint = f"name one: `audience {text if isinstance(found, ast.Name) else 'NAME'} = ...`"
+        raise self.blame("audience", f"there is no audience `{text}`", node, env, hint)
+
     # Expressions.
 
     def item(self, node: ast.Expr, env: Env) -> Item:
@@ -276,7 +290,7 @@ class Elaboration:
         is_summed = env.sum_span is not None
         place = (env.times, is_summed, env.after_sum, env.inside, self.assumption)
         is_plain = env.reached is None and self.moment is None
-        key = (id(let), id(self.world), *place) if is_plain else None
+        key = (id(let), id(self.world), self.length, self.weight, *place) if is_plain else None
         known = self.lets.get(key) if key is not None else None
         if known is not None:
             if known.item is not None:

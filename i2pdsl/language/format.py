@@ -22,9 +22,10 @@ from i2pdsl.language.statements import Cut, Piece, check_text, room_for_nesting,
 INDENT = 4
 _TAB = 4
 
-_FORMS = frozenset(("form", "form_of_all", "form_of_frame", "form_apart"))
+_FORMS = frozenset(("form", "form_of_all", "form_of_frame", "form_of_audience", "form_apart"))
 _CALLS = _FORMS | {"call", "last", "pattern", "settings"}
 _INDEXED = frozenset(("prefix", "frame"))
+_BEHIND = _FORMS | _INDEXED | {"whose", "pin"}
 _TIGHT_AFTER = frozenset(("LPAR", "LSQB", "LBRACE", "BIG_OPEN", "RANGE"))
 _TIGHT_BEFORE = frozenset(("RPAR", "RSQB", "RBRACE", "COMMA", "SEMI", "COLON", "BANG", "RANGE"))
 _KEPT = frozenset(("STAR", "SLASH", "CARET"))  # tight where the author wrote them so: t/T
@@ -135,7 +136,7 @@ def _spaced(before: tuple[Token, str, bool], after: tuple[Token, str, bool], tex
         return False
     if right.type == "LPAR" and right_role in _CALLS:
         return False
-    if right.type == "LSQB" and right_role in _INDEXED | _FORMS:
+    if right.type == "LSQB" and right_role in _BEHIND:
         return False
     for token, role, indexed in (before, after):
         if role != "sign" and (token.type in _KEPT or (indexed and token.type in _KEPT_IN_INDEX)):

@@ -43,7 +43,56 @@ class Frames(Predicates):
             message = f"the script has {_frames(longest)}, this goes to {times[-1]}"
             raise self.fail("range", message, span, env)
         body = self.folded(body, times, node, inner)
-        return Item("number", ty.Reduction(node.kind, times[0], times[-1], body))
+        total: ty.Typed = ty.Reduction(node.kind, times[0], times[-1], body)
+        if node.kind == "sum" and self.weight is not None and self.grows(node, times, env):
+            total = ty.Apply("multiply", (ty.Constant(self.weight), total))
+        return Item("number", total)
+
+    def grows(self, node: ast.Reduction, times: range, env: Env) -> bool:
+        """Whether a sum covers other frames where the story is longer."""
+        if node.first is None:
+            return True
+        self.length += 1
+        try:
+            return self.summed_frames(node, env) != times
+        finally:
+            self.length -= 1
+
+    def beats(self, node: ast.Call, env: Env) -> Item:
+        """Sums over t that take turns: none has fewer frames than half of an equal share."""
+        self.check_arity(node, env)
+        if env.inside or env.sum_span is not None:
+            place = INSIDE[env.inside] if env.inside else "a sum over t"
+            raise self.fail("nested-sum", f"beats cannot stand inside {place}", node.span, env)
+        count = len(node.arguments)
+        if self.length < count:
+            message = f"{count} beats need {count} frames, the story has {self.length}"
+            raise self.fail("range", message, node.span, env)
+        values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
+        parts = self.each(
+            [
+                lambda a=a, v=v: self.of_a_frame(v, a.value, env)  # type: ignore[misc]
+                for a, v in zip(node.arguments, values, strict=True)
+            ]
+        )
+        least = max(1, self.length // (2 * count))
+        return Item("number", ty.Beats(tuple(parts), least, self.length))
+
+    def of_a_frame(self, value: ty.Typed, node: ast.Expr, env: Env) -> ty.Typed:
+        """What a sum over all frames adds up, of sums that are added and scaled too."""
+        match value:
+            case ty.Reduction(kind="sum", first=1, last=self.length):
+                return value.body
+            case ty.Apply(operation="add" | "negate", arguments=arguments):
+                each = tuple(self.of_a_frame(a, node, env) for a in arguments)
+                return replace(value, arguments=each)
+            case ty.Apply(operation="multiply" | "divide", arguments=(one, other)):
+                if is_pure(other):
+                    return replace(value, arguments=(self.of_a_frame(one, node, env), other))
+                if is_pure(one) and value.operation == "multiply":
+                    return replace(value, arguments=(one, self.of_a_frame(other, node, env)))
+        message = "a beat is a sum over all t, which this is not"
+        raise self.blame("type", message, node, env, "`beats(depict(A), sum_t ...)`")
 
     def summed_frames(self, node: ast.Reduction, env: Env) -> range:
         """The frames that a sum covers; one short of its beginning it is empty."""
@@ -92,7 +141,11 @@ class Frames(Predicates):
         return Item("script", ())
 
     def on_append(self, node: ast.Append, env: Env) -> Item:
-        turns, turn = self.both(lambda: self.script(node.script, env), lambda: self.turn(node, env))
+        turns, turn = self.both(
+            lambda: self.script(node.script, env), lambda: self.turn(node.turn, env)
+        )
+        if isinstance(turn, tuple):
+            self.check_whole(turn, node.turn, env)
         return Item("script", (*turns, turn))
 
     def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
@@ -104,30 +157,38 @@ class Frames(Predicates):
             )
         return item.value
 
-    def turn(self, node: ast.Append, env: Env) -> ty.Turn:
+    def turn(
+        self, turn: tuple[ast.Move | ast.Fall, ...], env: Env
+    ) -> tuple[ty.Act | None, ...] | ty.Drop:
+        """What is done in a frame, None for who is not named."""
         if not self.world.enumerable:
-            span = node.turn[0].span.to(node.turn[-1].span)
-            message = "turns can be appended where actions have names; this world's are continuous"
+            span = turn[0].span.to(turn[-1].span)
+            message = "turns can be given where actions have names; this world's are continuous"
             raise self.fail("world", message, span, env)
-        falls = [m for m in node.turn if isinstance(m, ast.Fall)]
+        falls = [m for m in turn if isinstance(m, ast.Fall)]
         if falls:
-            if len(node.turn) > 1:
+            if len(turn) > 1:
                 message = "an event has its frame for itself, nobody acts in it"
-                hint = "append two turns: `script ++ [...] ++ [...]`"
-                raise self.fail("turn", message, node.turn[1].span, env, hint)
+                hint = "it is a turn of its own: `script ++ [...] ++ [...]`"
+                raise self.fail("turn", message, turn[1].span, env, hint)
             return self.fall(falls[0], env)
-        moves = [m for m in node.turn if isinstance(m, ast.Move)]
+        moves = [m for m in turn if isinstance(m, ast.Move)]
         acts: dict[str, ty.Act] = {}
         for name, act, move in self.each([lambda m=m: self.act(m, env) for m in moves]):  # type: ignore[misc]
             if name in acts:
                 raise self.fail("turn", f"`{name}` acts twice in this turn", move.span, env)
             acts[name] = act
-        missing = [c for c in self.world.characters if c not in acts]
+        return tuple(map(acts.get, self.world.characters))
+
+    def check_whole(
+        self, acts: Sequence[ty.Act | None], turn: tuple[ast.Move | ast.Fall, ...], env: Env
+    ) -> None:
+        """Refuses a turn in which it is not said what everybody does."""
+        missing = [c for c, act in zip(self.world.characters, acts, strict=True) if act is None]
         if missing:
-            span = node.turn[0].span.to(node.turn[-1].span)
             message = f"the turn does not say what {' and '.join(missing)} does"
+            span = turn[0].span.to(turn[-1].span)
             raise self.fail("turn", message, span, env, f"add `{missing[0]}: stay`")
-        return tuple(acts[c] for c in self.world.characters)
 
     def act(self, move: ast.Move, env: Env) -> tuple[str, ty.Act, ast.Move]:
         def action() -> int:

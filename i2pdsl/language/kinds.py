@@ -26,12 +26,14 @@ PARAMETER_KINDS = {
     "frame": "the number of a frame, such as `T/2`",
     "predicate": "what can be seen in a frame, such as `moved(robot)`",
     "shape": "a number over `t`, such as `t/T`",
+    "audience": "an audience of the story, such as `viewers`, those that need no name",
     "any": "any expression",
 }
 """What a parameter can be. A pattern's result can also be `first frames` or `one frame`."""
 
 # Where a parameter stands in places of several kinds, the first of these is what fits them all.
 _STRICTEST = (
+    "audience",
     "script",
     "character",
     "latent",
@@ -278,6 +280,7 @@ class _Roles:
                 believed = "" if node.kind.shape is HIDDEN else "event"
                 self.each(about, _ABOUT.get(node.kind.about, node.kind.about), believed or inside)
                 self.given(given)
+                self.each(() if node.audience is None else (node.audience,), "audience", inside)
             case ast.Ever(predicate=predicate):
                 self.visit(predicate, "predicate", "frame")
             case ast.Holds(predicate=predicate, frame=frame):

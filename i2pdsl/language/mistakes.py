@@ -64,6 +64,7 @@ _EXAMPLES = {
     "audience": "audience bayesian(beta = 1)",
     "search": "search beam(starts = 500)",
     "require": "require eventually [moved(robot)]",
+    "pin": "pin script[4]: at(robot, pink)",
     "map": "map, and the rows of the map in indented lines",
 }
 _TAKEN = RESERVED - {*STATEMENT_WORDS, *["if", "then", "else", "and", "or", "not", "in"]}
@@ -179,11 +180,12 @@ def _hint(
         return "equality has one sign: `=`"
     if token.type == "DBAR":
         return "write `or`; `||` stands only in KL(script[:a] || script[:b])"
-    if token.type == "LSQB" and last == "P":
-        return "probabilities have round brackets: `P(event | script[:t])`"
     if token.type == "LPAR" and last == "E":
         return "expectations have square brackets: `E[quantity | script[:t]]`"
     form = BY_NAME.get(opener)
+    if form is not None and form.shape is not EXPECTED and expected <= {"NAME", "RSQB"}:
+        of = "probabilities have" if opener == "P" else f"`{opener}` has"
+        return f"{of} round brackets: `{form.written}`"
     if token.type == "COMMA" and form is not None and form.shape is APART:
         if "SEMI" in expected and "script" not in text[text.rfind(f"{opener}(") :]:
             return f"write `{opener}(latent; script[:a] || script[:b])`"
@@ -201,6 +203,10 @@ def _hint(
     every = _EVERY.search(text)
     if token.type == "AT" and every:
         return f"`{every[1]}` looks at all frames; leave out the `@ ...`"
+    if text.startswith("pin") and last == "=":
+        return "a condition follows a colon: `pin script[4]: at(...)`"
+    if text.startswith("pin") and token.type == "RSQB" and "AT" in expected:
+        return "the condition of a pin stands without brackets: `pin script[4]: at(...)`"
     if token.type == "RSQB" and "AT" in expected:
         return "a predicate is asked of a frame: `[... @ script[t]]`"
     if token.type == "COLON" and "AT" in expected:
@@ -254,6 +260,8 @@ def _expectation(expected: set[str], opener: str) -> str:
     if _OPERATORS & expected:
         ends = ("THEN_KW", "ELSE_KW", "BAR", "AT", "RPAR", "RSQB", "RBRACE", "COMMA")
         known = [e for e in ends if e in expected] if opener else []
+        if opener not in BY_NAME and opener != "[":  # in an index a bar makes no sense
+            known = [e for e in known if e != "BAR"]
         return " or ".join(["an operator", *(_word(e) for e in known[:3])])
     if "NAME" in expected:
         expected = expected - {"NAMED"}

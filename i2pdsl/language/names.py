@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from i2pdsl.errors import Diagnostic, shorten
+from i2pdsl.errors import Diagnostic, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.arguments import MismatchError, bind, unknown_call_hint
 from i2pdsl.language.builtins import FUNCTIONS
@@ -20,12 +20,13 @@ def check_names(
     parameters: Collection[str],
     world: Vocabulary | None,
     report: Report,
+    audiences: Collection[str] = (),
 ) -> None:
     """Reports the names in an expression that can mean nothing, and calls that fit no pattern.
 
     Without a world (in a library) a name may be one of a world that is not known yet.
     """
-    _Names(module, frozenset(parameters), world, report).visit(node, False)
+    _Names(module, frozenset(parameters), world, report, frozenset(audiences)).visit(node, False)
 
 
 class _Names:
@@ -35,14 +36,18 @@ class _Names:
         parameters: frozenset[str],
         world: Vocabulary | None,
         report: Report,
+        audiences: frozenset[str],
     ):
         self.module = module
+        self.audiences = audiences
         self.parameters = parameters
         self.world = world
         self.report = report
 
     def is_known(self, name: str) -> bool:
         if name in self.parameters or name in FUNCTIONS or name == "pi":
+            return True
+        if name in self.audiences:
             return True
         if self.module.find(name) is not None:
             return True
@@ -65,9 +70,20 @@ class _Names:
                 self.visit(node.frame, False)
             case ast.Ever():
                 self.visit(node.predicate, True)
+            case ast.Form():
+                self.audience(node.audience)
+                for child in ast.children(node):
+                    self.visit(child, seen)
             case _:
                 for child in ast.children(node):
                     self.visit(child, seen)
+
+    def audience(self, node: ast.Name | None) -> None:
+        if self.world is None or node is None or node.id in self.parameters | self.audiences:
+            return
+        message = f"there is no audience `{shorten(node.id)}`"
+        hint = did_you_mean(node.id, self.audiences)
+        self.report(Diagnostic("audience", message, node.span, hint))
 
     def unknown(self, node: ast.Name) -> None:
         if self.module.is_lost(node.id, self.known):

@@ -37,7 +37,7 @@ def override(
     if name in _STATEMENTS:
         for statement in program.statements:
             if isinstance(statement, ast.LengthIs) and name == "length":
-                return _replaced(source, statement.frames.span, value)
+                return _replaced(source, statement.value, value)
             if isinstance(statement, ast.Weight) and statement.term == name:
                 return _replaced(source, statement.value.span, value)
         return Source(source.name, f"{source.text.rstrip()}\n{name} {value}\n")

@@ -12,7 +12,7 @@ from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.statements import room_for_nesting
-from i2pdsl.language.story import default_assumption
+from i2pdsl.language.story import USUAL, Audience, default_assumption
 from i2pdsl.language.vocabulary import Vocabulary
 
 
@@ -32,16 +32,16 @@ def check_query(
     length: int,
     assumption: ty.Mask | None = None,
     assume: Source | None = None,
-    thinkable: tuple[ty.Mask, ...] = (),
+    audiences: tuple[Audience, ...] = (USUAL,),
 ) -> TypedQuery:
     """Checks an expression over a finished script of `length` frames.
 
     `assumption` is the story's; `assume` is the text of another one ('nothing' drops it).
-    `thinkable` says for each viewer which hypotheses have a prior above 0. Raises StoryError.
+    `audiences` are those of the story. Raises StoryError.
     """
     problems: list[Diagnostic] = []
     elaborator = Elaborator(vocabulary, length, problems.append, query=True)
-    elaborator.thinkable = thinkable
+    elaborator.audiences = audiences
     env = Env(module)
     value: ty.Typed = ty.Constant(0.0)
     times = range(length + 1)
@@ -86,7 +86,7 @@ def read_assumption(elaborator: Elaborator, condition: ast.Expr | None, env: Env
         mask = elaborator.mask(condition, env, "condition")
     except Stop:
         return every
-    if not elaborator.can_hold(mask):
+    if not all(audience.can_hold(mask) for audience in elaborator.audiences):
         message = "no hypothesis fulfils this assumption"
         hint = UNTHINKABLE if any(mask) else None
         elaborator.report(Diagnostic("impossible", message, condition.span, hint))

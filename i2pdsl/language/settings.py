@@ -16,7 +16,13 @@ from i2pdsl.language.vocabulary import Setting, SettingValue
 from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "average")
+OF_VIEWERS = {
+    "prior": Setting("prior", 1.0, "the weight of each hypothesis"),
+    "given": Setting("given", "EVENT", "what they know to be so from the beginning"),
+}
+"""What a viewer may have besides the settings of the world: no constant numbers."""
 LONGEST_STORY = 100_000
+MOST_LENGTHS = 24  # that a search chooses from: each is searched
 
 
 def _whole(name: str, default: float, about: str, low: int, high: int) -> Setting:
@@ -171,14 +177,36 @@ class Settings:
     def observer(self, arguments: tuple[ast.Argument, ...]) -> Observer:
         world = self.elaborator.world.settings
         known = {k: world[k] for k in self.elaborator.world.observer_settings}
-        known["prior"] = Setting("prior", 1.0, "the weight of each hypothesis")
-        priors = [a for a in arguments if a.name is not None and a.name.id == "prior"]
-        for extra in priors[1:]:
-            note = Note("the first one", priors[0].span)
-            self.problem("duplicate", "`prior` is given twice", extra.span, None, note)
-        others = tuple(a for a in arguments if a not in priors)
-        settings = self.read(others, known, "audience bayesian")
-        return Observer(settings, self.prior(priors[0].value) if priors else None)
+        known |= OF_VIEWERS
+        own: dict[str, ast.Argument] = {}
+        others = []
+        for argument in arguments:
+            name = argument.name.id if argument.name is not None else ""
+            if name not in OF_VIEWERS:
+                others.append(argument)
+            elif own.setdefault(name, argument) is not argument:
+                note = Note("the first one", own[name].span)
+                self.problem("duplicate", f"`{name}` is given twice", argument.span, None, note)
+        settings = self.read(tuple(others), known, "audience bayesian")
+        prior = self.prior(own["prior"].value) if "prior" in own else None
+        return self.informed(Observer(settings, prior), own.get("given"))
+
+    def informed(self, observer: Observer, given: ast.Argument | None) -> Observer:
+        """A viewer who knows an event to be so: the prior is conditioned on it."""
+        if given is None:
+            return observer
+        try:
+            known = self.elaborator.mask(given.value, self.env, "condition")
+        except Stop:
+            return observer
+        prior = observer.prior or (1.0,) * len(known)
+        weights = [p if k else 0.0 for p, k in zip(prior, known, strict=True)]
+        if not any(weights):
+            message = "nobody can know what no hypothesis fulfils"
+            hint = "the `prior` excludes all that fulfil it" if any(known) else None
+            self.problem("impossible", message, given.value.span, hint)
+            return observer
+        return replace(observer, prior=tuple(w / sum(weights) for w in weights), known=known)
 
     def prior(self, node: ast.Expr) -> tuple[float, ...] | None:
         """The weights of the hypotheses, summing to one."""

@@ -15,10 +15,51 @@ from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 @dataclass(frozen=True)
 class Observer:
-    """One simulated viewer: the world's settings replaced, and a prior weight per hypothesis."""
+    """One simulated viewer: the world's settings replaced, a prior weight per hypothesis, and the
+    hypotheses that are left by what he knows, where he knows anything."""
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
+    known: ty.Mask | None = None
+
+
+VIEWERS = "viewers"  # the name of the audience that needs none
+
+
+@dataclass(frozen=True)
+class Audience:
+    """Viewers whose beliefs are averaged, and who may have a name.
+
+    Attributes:
+        first: how many observers of the story stand before its own.
+        span: its statement; None where there is none.
+    """
+
+    name: str
+    observers: tuple[Observer, ...]
+    first: int = 0
+    span: Span | None = field(default=None, compare=False)
+
+    @property
+    def viewers(self) -> ty.Viewers:
+        """Its own among all observers of the story."""
+        return self.first, self.first + len(self.observers)
+
+    def can_hold(self, mask: ty.Mask) -> bool:
+        """Whether a condition leaves each of its viewers a hypothesis with a prior above 0."""
+        priors = (o.prior or (1.0,) * len(mask) for o in self.observers)
+        return all(any(m and p > 0 for m, p in zip(mask, prior, strict=True)) for prior in priors)
+
+    def open_to(self, mask: ty.Mask) -> ty.Mask:
+        """The hypotheses of a mask that not all of its viewers know to be false."""
+        known = [o.known for o in self.observers if o.known is not None]
+        if not known or len(known) < len(self.observers):
+            return mask
+        left = (any(column) for column in zip(*known, strict=True))
+        return tuple(m and k for m, k in zip(mask, left, strict=True))
+
+
+USUAL = Audience(VIEWERS, (Observer(),))
 
 
 @dataclass(frozen=True)
@@ -37,6 +78,17 @@ class Requirement:
         """What is said where the best script that was found does not meet it."""
         message = "no script was found that meets this requirement and as many of the others"
         return Diagnostic("unmet", message, self.span, severity="warning")
+
+
+@dataclass(frozen=True)
+class Pin(Requirement):
+    """How a frame must be: `pin script[frame]: CONDITION`, or `... = [TURN]`."""
+
+    frame: int = 0
+
+    def missed(self) -> Diagnostic:
+        message = f"no script was found whose frame {self.frame} is so, and that keeps as many"
+        return Diagnostic("unmet", f"{message} of the others", self.span, severity="warning")
 
 
 @dataclass(frozen=True)
@@ -82,8 +134,12 @@ class TypedStory:
         objective: (sign, expression) pairs that add up; empty for `search naive`.
         weights: of the automatic terms, 0 for those that the world does not have.
         assumption: the mask that every belief is conditioned on.
-        observers: one, or several whose beliefs are averaged.
+        audiences: the viewers of all beliefs that name no others, and those that have names.
         requirements: what must hold before any objective counts.
+        pins: how single frames must be, as much as the requirements.
+        lengths: where the search chooses the length, the story of each, from the shortest to this
+            one, which is the longest. Their sums over t count as if they had as many frames.
+        longest: of such a story the greatest length, else 0.
     """
 
     name: str
@@ -97,11 +153,29 @@ class TypedStory:
     objective: tuple[tuple[int, ty.Typed], ...]
     weights: Weights
     assumption: ty.Mask
-    observers: tuple[Observer, ...]
+    audiences: tuple[Audience, ...]
     search: SearchPlan
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
+    pins: tuple[Pin, ...] = ()
+    lengths: tuple[TypedStory, ...] = field(default=(), compare=False)
+    longest: int = 0
     warnings: tuple[Diagnostic, ...] = ()
+
+    @property
+    def room(self) -> int:
+        """The frames that its program has: the greatest length of a story of several."""
+        return self.longest or self.length
+
+    @property
+    def frames(self) -> str:
+        """How many there are, in words."""
+        shortest = f"{self.lengths[0].length} to " if self.lengths else ""
+        return f"{shortest}{self.length} frames"
+
+    def of_length(self, length: int) -> TypedStory:
+        """The story of a script with so many frames, where the search chooses how many."""
+        return next((each for each in self.lengths if each.length == length), self)
 
     def placed(self, problem: StoryError, kind: type[ast.Node]) -> StoryError:
         """What is wrong with a world or a search, said at the story's statement."""
@@ -117,6 +191,16 @@ class TypedStory:
         """Where something about the first such statement is said."""
         spans = self.spans(*kinds)
         return spans[0] if spans else whole_file(self.source.name)
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """Those of all audiences, one after the other."""
+        return tuple(observer for audience in self.audiences for observer in audience.observers)
+
+    @property
+    def viewers(self) -> ty.Viewers | None:
+        """The observers that automatic terms are about; None where there are no others."""
+        return self.audiences[0].viewers if len(self.audiences) > 1 else None
 
     @property
     def everyone_rational(self) -> ty.Mask:

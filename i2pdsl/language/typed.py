@@ -15,6 +15,10 @@ Mask = tuple[bool, ...]
 """One truth value for each hypothesis: an event or a condition."""
 
 
+Viewers = tuple[int, int]
+"""Some of the observers of a story: from the first to before the second."""
+
+
 @dataclass(frozen=True)
 class Axes:
     """The axes along which an expression varies."""
@@ -211,12 +215,14 @@ class Belief:
         given: what it is conditioned on; of a divergence the first and the second belief. For an
             expectation the mask excludes already where the quantity means nothing.
         labels: of a table its axes: what each is called and its values' names; () for a number.
+        viewers: whose belief it is; None where there is only one audience.
     """
 
     form: str
     about: Any
     given: tuple[Given, ...]
     labels: tuple[Labels, ...] = ()
+    viewers: Viewers | None = None
 
     @cached_property
     def axes(self) -> Axes:
@@ -242,18 +248,35 @@ class Feature:
 
 
 @dataclass(frozen=True)
+class Acted:
+    """Whether a frame's turn is this one: of a character with None anything is."""
+
+    turn: tuple[Act | None, ...] | Drop
+    moment: Moment
+
+    @property
+    def axes(self) -> Axes:
+        return self.moment.axes
+
+
+@dataclass(frozen=True)
 class When:
-    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does."""
+    """The first t of 1..last in which `body`, asked of frame t, holds; last + 1 where none does.
+
+    The number is told less `before`, the frames before the story begins (objective/late.py).
+    """
 
     body: Typed
     last: int
+    before: int = 0
     axes = NO_AXES
 
 
 @dataclass(frozen=True)
 class FrameCount:
-    """How many frames there are so far."""
+    """How many frames there are so far, less `before` (objective/late.py)."""
 
+    before: int | None = None
     axes = NO_AXES
 
 
@@ -280,6 +303,17 @@ class Reduction:
     axes = NO_AXES
 
 
+@dataclass(frozen=True)
+class Beats:
+    """The greatest sum over t = 1..last of one of `parts` at a time, each in its turn: the first
+    for some frames, then the second, and so on, none for fewer than `least`."""
+
+    parts: tuple[Typed, ...]
+    least: int
+    last: int
+    axes = NO_AXES
+
+
 Typed = (
     Constant
     | TimeIndex
@@ -292,10 +326,12 @@ Typed = (
     | PerHypothesis
     | Belief
     | Feature
+    | Acted
     | When
     | FrameCount
     | Away
     | Reduction
+    | Beats
 )
 
 

@@ -29,6 +29,7 @@ def check_unused(
     unused = [d for d in program.statements if isinstance(d, ast.Let | ast.Pattern)]
     unused = [d for d in unused if id(d) not in used]
     probe = _probe(elaborator, report) if elaborator is not None else None
+    named = [a.name for a in elaborator.audiences] if elaborator is not None else []
     for definition in unused:
         if isinstance(definition, ast.Let) and probe is not None:
             if id(definition) not in probe.used:
@@ -40,11 +41,11 @@ def check_unused(
             parameters = [p.name.id for p in definition.parameters]
             for parameter in definition.parameters:
                 if parameter.default is not None:
-                    check_names(parameter.default, module, parameters, world, report)
+                    check_names(parameter.default, module, parameters, world, report, named)
             body = definition.body
         else:
             body = definition.value
-        check_names(body, module, parameters, world, report)
+        check_names(body, module, parameters, world, report, named)
     check_circles(unused, module, report)
 
 
@@ -57,6 +58,7 @@ def _probe(elaborator: Elaborator, report: Report) -> Elaborator:
 
     probe = Elaborator(elaborator.world, elaborator.length, report_certain, query=True)
     probe.assumption, probe.used = elaborator.assumption, elaborator.used
+    probe.audiences = elaborator.audiences
     return probe
 
 
@@ -67,7 +69,8 @@ def _check_let(let: ast.Let, module: Module, probe: Elaborator, report: Report) 
     names = {p.id for p in parts if isinstance(p, ast.Name)}
     names |= {a.name.id for p in parts if isinstance(p, ast.Call) for a in p.arguments if a.name}
     if isinstance(let.value, ast.Name) or calls & probe.world.predicates.keys():
-        check_names(let.value, module, (), probe.world, report)
+        named = [audience.name for audience in probe.audiences]
+        check_names(let.value, module, (), probe.world, report, named)
         return
     env = Env(module, times=range(1, probe.length + 1))
     if any(isinstance(p, ast.Form) and not ast.is_belief(p) for p in parts):

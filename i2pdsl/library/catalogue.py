@@ -1,4 +1,5 @@
-"""The illustrated catalogue of a library: one page for an animator to pick patterns from."""
+"""The illustrated catalogue of a library, for an animator to pick patterns from: contents, and a
+page for each family of patterns."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ from i2pdsl.language.kinds import PARAMETER_KINDS
 from i2pdsl.library.curves import Curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.examples import Example, Shown, place_of
+from i2pdsl.library.families import Family, by_family
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import below
 
@@ -42,40 +44,81 @@ def save_catalogue(
     examples: dict[str, list[Example]],
     shown: dict[str, Shown],
     failed: dict[str, str],
-) -> Path:
-    """Writes `index.html` into a folder; the pictures are in its folder `pictures`.
+    seeds: int,
+) -> None:
+    """Writes `index.html` and a page for each family into a folder; the pictures are in its folder
+    `pictures`. While examples are made they are written anew: each page is whole at any time.
 
     Args:
         examples: those that each pattern has.
         shown: those that were made, by their names.
         failed: why others could not be made.
+        seeds: of which each example is the best.
     """
-    patterns = library.patterns
-    count = len(patterns)
-    entries = [_entry(p, examples[p["name"]], shown) for p in patterns]
-    sections = [_section(p, examples[p["name"]], shown, failed) for p in patterns]
+    families = by_family(library.patterns)
     names = {"standard": "The standard patterns"}
-    drawn = sum(e.name in shown for of_pattern in examples.values() for e in of_pattern)
-    page = Template(_part("library", "catalogue.html")).substitute(
-        title=escape(names.get(library.name, f"The patterns of {library.name}")),
-        style=_part("render", "page.css") + _part("library", "catalogue.css"),
-        lead=f"{count} way{'s' * (count != 1)} to shape what viewers come to believe. Each curve "
-        "below is measured: what somebody who watches its example believes, from the first frame "
-        "to the last.",
-        about=escape(f"{drawn} example{'s' * (drawn != 1)}, made by {MADE_WITH} with seed 0"),
-        contents="\n".join(entries),
-        patterns="\n".join(sections),
+    title = names.get(library.name, f"The patterns of {library.name}")
+    every = sum(map(len, examples.values()))
+    about = f"{len(shown)} of {every} example{'s' * (every != 1)}, made by {MADE_WITH}"
+    if seeds > 1:
+        about += f"; each is the best of {seeds} seeds for viewers whom it was not made for"
+    if len(shown) + len(failed) < every:
+        about += ". Reload the page for more, while they are being made"
+    count = len(library.patterns)
+    lead = (
+        f"{count} way{'s' * (count != 1)} to shape what viewers come to believe. Each curve below "
+        "is measured: what somebody who watches its example believes, from the first frame to the "
+        "last."
     )
-    path = below(folder, "index.html")
-    write_text(path, page)
-    return path
+    cards = "\n".join(
+        _cards(family, members, examples, shown) for family, members in families.items()
+    )
+    _save_page(folder, "index", title, lead, about, f"{cards}\n")
+    for family, members in families.items():
+        sections = [_section(p, examples[p["name"]], shown, failed) for p in members]
+        pages = {"index": "All patterns"} | {f.name: f.title for f in families if f is not family}
+        links = "".join(f'<li><a href="{n}.html">{t}</a></li>' for n, t in pages.items())
+        links = f'  <nav aria-label="Pages"><ul class="pages">{links}</ul></nav>'
+        body = "\n".join([links, *sections])
+        _save_page(folder, family.name, f"{title}: {family.title}", family.lead, about, body)
+
+
+def _save_page(folder: Path, name: str, title: str, lead: str, about: str, body: str) -> None:
+    page = Template(_part("library", "catalogue.html")).substitute(
+        title=escape(title),
+        style=_part("render", "page.css") + _part("library", "catalogue.css"),
+        lead=lead,
+        about=escape(about),
+        body=body,
+    )
+    write_text(below(folder, f"{name}.html"), page)
+
+
+def _cards(
+    family: Family,
+    patterns: list[dict[str, Any]],
+    examples: dict[str, list[Example]],
+    shown: dict[str, Shown],
+) -> str:
+    """A family in the contents."""
+    cards = "\n".join(_entry(family, p, examples[p["name"]], shown) for p in patterns)
+    return f"""\
+  <nav aria-labelledby="{family.name}-heading">
+    <h2 id="{family.name}-heading"><a href="{family.name}.html">{family.title}</a></h2>
+    <p class="meaning">{family.lead}</p>
+    <ul class="contents">
+{cards}
+    </ul>
+  </nav>"""
 
 
 def _part(room: str, name: str) -> str:
     return (files(f"i2pdsl.{room}") / "page" / name).read_text(encoding="utf-8")
 
 
-def _entry(pattern: dict[str, Any], examples: list[Example], shown: dict[str, Shown]) -> str:
+def _entry(
+    family: Family, pattern: dict[str, Any], examples: list[Example], shown: dict[str, Shown]
+) -> str:
     """A card of the contents."""
     name = escape(pattern["name"])
     found = next((shown[e.name] for e in examples if e.name in shown), None)
@@ -85,7 +128,8 @@ def _entry(pattern: dict[str, Any], examples: list[Example], shown: dict[str, Sh
     meaning = _told(pattern).meaning
     first = meaning[0].split(". ")[0].rstrip(".") if meaning else ""
     said = f"<span>{_prose(first)}</span>" if first else ""
-    return f'      <li><a href="#{name}">{picture}<strong>{_title(name)}</strong>{said}</a></li>'
+    told = f"{picture}<strong>{_title(name)}</strong>{said}"
+    return f'      <li><a href="{family.name}.html#{name}">{told}</a></li>'
 
 
 def _title(name: str) -> str:
@@ -117,13 +161,16 @@ def _section(
     for example in examples:
         if example.name in shown:
             lines.append(_example(shown[example.name]))
-        elif example.name in failed:
+        elif example.name not in failed:
+            where = escape(place_of(example.world))
+            lines.append(f'    <p class="missing">The example {where} is not made yet.</p>')
+        else:
             why, where = _prose(failed[example.name]), escape(place_of(example.world))
             lines.append(
                 f'    <div class="example"><p class="missing">The example {where} '
                 f"could not be made: {why}.</p></div>"
             )
-    lines.append('    <p class="back"><a href="#top">All patterns</a></p>')
+    lines.append('    <p class="back"><a href="#top">To the top</a></p>')
     return "\n".join([*lines, "  </section>"])
 
 
@@ -223,7 +270,7 @@ def _example(made: Shown) -> str:
     <article class="example" aria-label="{label}">
       <div class="example-head">
         <h3>{place[0].upper()}{place[1:]}</h3>
-        <p>{taken}score {made.score:.4g}</p>
+        <p>{taken}score {made.score:.4g}, panel {made.panel:.4g}</p>
         <a href="pictures/{name}.html">Watch it<span class="unseen">: {label}</span></a>
       </div>
       <a class="strip" href="pictures/{name}.html"><img src="pictures/{name}.png" \

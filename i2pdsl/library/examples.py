@@ -65,6 +65,7 @@ def _colour(value: Any) -> str | None:
 _ENTRY: dict[str, Any] = {
     "key": str,
     "score": _finite,
+    "panel": _finite,
     "size": _size,
     "curves": [
         {
@@ -102,10 +103,14 @@ class Example:
 
 @dataclass(frozen=True)
 class Shown:
-    """An example that was made: its pictures are pictures/NAME.png and NAME.html."""
+    """An example that was made: its pictures are pictures/NAME.png and NAME.html.
+
+    `panel` is the mean judgement of viewers whom it was not made for (objective/panel.py).
+    """
 
     example: Example
     score: float
+    panel: float
     size: tuple[int, int]
     curves: list[Curves]
 
@@ -196,12 +201,16 @@ def _generated(library: PatternLibrary, pattern: dict[str, Any], world: str, cal
 class Gallery:
     """The pictures in the folder `pictures` of a catalogue, and what they were made from.
 
-    `say` is told where the list of these cannot be used, so that pictures are made again.
+    `say` is told where the list of these cannot be used, so that pictures are made again. Each
+    example is the best of as many `seeds`, by the panel.
 
     Raises OSError where a link leads out of the catalogue's folder.
     """
 
-    def __init__(self, catalogue: Path, library: PatternLibrary, say: Callable[[str], None]):
+    def __init__(
+        self, catalogue: Path, library: PatternLibrary, say: Callable[[str], None], seeds: int
+    ):
+        self.seeds = seeds
         self.folder = below(catalogue, "pictures", MANIFEST).parent
         self.library = library
         self.known = _read_manifest(self.folder / MANIFEST, say)
@@ -215,13 +224,14 @@ class Gallery:
         if not all(file.is_file() for file in files):
             return None
         curves = [Curves(**panel) for panel in entry["curves"]]
-        return Shown(example, float(entry["score"]), tuple(entry["size"]), curves)
+        score, panel = float(entry["score"]), float(entry["panel"])
+        return Shown(example, score, panel, tuple(entry["size"]), curves)
 
     def key(self, example: Example) -> str:
         """A digest of all that the pictures depend on."""
         world = self.library.worlds.get(example.world)
         own = [] if world is None else [world.source.text]
-        parts = [MADE_WITH, example.source, *own, *self.bodies(example.pattern)]
+        parts = [MADE_WITH, f"{self.seeds}", example.source, *own, *self.bodies(example.pattern)]
         return hashlib.sha256(json.dumps(parts).encode("utf-8")).hexdigest()
 
     def bodies(self, name: str) -> list[str]:
@@ -238,32 +248,43 @@ class Gallery:
         return [found[name] for name in sorted(found)]
 
     def make(self, example: Example, bars: Bars) -> tuple[Shown, bool]:
-        """Makes a story and draws it; tells whether the search was finished.
+        """Makes a story with each seed and draws the best; tells whether all were searched.
 
-        Raises StoryError where the story cannot be made, KeyboardInterrupt.
+        Raises StoryError where the story cannot be made, KeyboardInterrupt before there is any.
         """
         from i2pdsl.pipeline import story_from
         from i2pdsl.render.pictures import pictures_of
+        from i2pdsl.results import best_of
 
         with tempfile.TemporaryDirectory() as place:
             story = story_from(
                 Source(f"{example.name}.story", example.source), self.unpacked(place)
             )
-            result = story.solve(watch=bars.watch)
+            found = []
+            try:
+                for seed in range(self.seeds):
+                    found.append(story.solve(seed, watch=bars.watch))
+                    if not found[-1].finished:
+                        break
+            except KeyboardInterrupt:
+                if not found:
+                    raise
+        finished = len(found) == self.seeds and found[-1].finished
+        result = best_of(found)
         title = f"{example.pattern.replace('_', ' ')}, {place_of(example.world)}"
         pictures = pictures_of([result.script], title)
         with tempfile.TemporaryDirectory() as new:
             files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
             size = self.moved(files, example.name)
         curves = decisive_curves(pictures.panels, example.call)
-        shown = Shown(example, result.score, size, curves)
-        if result.finished:
+        shown = Shown(example, result.score, result.judgements[0].mean, size, curves)
+        if finished:
             self.known[example.name] = {
-                "key": self.key(example), "score": result.score, "size": list(size),
-                "curves": [asdict(panel) for panel in curves],
+                "key": self.key(example), "score": shown.score, "panel": shown.panel,
+                "size": list(size), "curves": [asdict(panel) for panel in curves],
             }  # fmt: skip
             write_text(self.folder / MANIFEST, json.dumps(self.known, indent=1) + "\n")
-        return shown, result.finished
+        return shown, finished
 
     def moved(self, files: dict[str, Path], name: str) -> tuple[int, int]:
         """Gives the comic and the page of an example their names; returns the comic's size."""
@@ -328,9 +349,14 @@ def gallery_files(library: Path) -> Iterator[Path]:
 
 
 def make_all(
-    gallery: Gallery, examples: list[Example], bars: Bars
+    gallery: Gallery,
+    examples: list[Example],
+    bars: Bars,
+    grown: Callable[[dict[str, Shown], dict[str, str]], object],
 ) -> tuple[dict[str, Shown], dict[str, str], bool]:
     """Makes the examples that are not there yet. Ctrl-C ends it early.
+
+    `grown` is told what there is before the first one is made, and after each.
 
     Returns: what there is by the examples' names, why others could not be made, and whether all
     were tried.
@@ -341,16 +367,18 @@ def make_all(
         kept = gallery.kept(example)
         if kept is not None:
             shown[example.name] = kept
+    grown(shown, failed)
     missing = [e for e in examples if e.name not in shown]
-    for number, example in enumerate(missing):
-        bars.making(example.name, number, len(missing))
-        try:
-            shown[example.name], finished = gallery.make(example, bars)
-        except StoryError as problem:
-            failed[example.name] = problem.diagnostics[0].message
-        except KeyboardInterrupt:
-            return shown, failed, False
-        else:
-            if not finished:
+    for number, example in enumerate(missing, 1):
+        finished = True
+        with bars.within(f"{number} of {len(missing)}, {example.name}"):
+            try:
+                shown[example.name], finished = gallery.make(example, bars)
+            except StoryError as problem:
+                failed[example.name] = problem.diagnostics[0].message
+            except KeyboardInterrupt:
                 return shown, failed, False
+        grown(shown, failed)
+        if not finished:
+            return shown, failed, False
     return shown, failed, True

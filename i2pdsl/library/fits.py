@@ -25,7 +25,7 @@ from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.statements import room_for_nesting
-from i2pdsl.language.story import default_assumption
+from i2pdsl.language.story import VIEWERS, default_assumption
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
 LENGTH = 25  # frames of the stories that are proved to be accepted
@@ -204,6 +204,8 @@ def candidates(kind: str, world: Vocabulary) -> list[str]:
             return _predicates(world)
         case "character":
             return list(world.characters)
+        case "audience":
+            return [VIEWERS]
         case _:
             places = [*world.characters, *world.things, *world.places]
             rest = ("event", "latent", "number", "script", "predicate", "shape")

@@ -58,7 +58,7 @@ def written_in(value: ast.Expr, module: Module) -> Iterator[ast.Node]:
     """An expression and all that is written in it, each place once.
 
     `rho = 0` in `depict(rho = 0)` is a comparison, since `depict` has no parameter `rho`; the names
-    in an appended turn are places too.
+    in an appended turn, and that of the audience of a form, are places too.
     """
     waiting: list[ast.Node] = [value]
     while waiting:
@@ -74,6 +74,8 @@ def written_in(value: ast.Expr, module: Module) -> Iterator[ast.Node]:
                 other = argument.comparison
                 waiting.append(argument.value if named or other is None else other)
             continue
+        if isinstance(node, ast.Form) and node.audience is not None:
+            waiting.append(node.audience)
         if isinstance(node, ast.Append):
             for move in node.turn:
                 waiting += [move.who, move.action] if isinstance(move, ast.Move) else [move.thing]

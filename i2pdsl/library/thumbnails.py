@@ -36,18 +36,22 @@ def write_thumbnails(catalogue: Path, library: Path) -> list[Path]:
             found[pattern] = path
     written = []
     for path in found.values():
-        with Image.open(path) as picture:
-            small = picture.convert("RGB")
-        small.thumbnail((WIDEST, WIDEST * 2), Image.Resampling.LANCZOS)
         target = library / "pictures" / path.name
-        with atomic_path(target) as temporary:
-            # A palette of the commonest colours would turn small figures grey.
-            few = small.quantize(
-                COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE
-            )
-            few.save(temporary, optimize=True)
+        with Image.open(path) as picture:
+            write_small(picture, target)
         written.append(target)
     return written
+
+
+def write_small(picture: Image.Image, target: Path) -> None:
+    """Writes a picture with few pixels and colours, as PNG; on white where one sees through it."""
+    whole = picture.convert("RGBA")
+    small = Image.alpha_composite(Image.new("RGBA", whole.size, "white"), whole).convert("RGB")
+    small.thumbnail((WIDEST, WIDEST * 2), Image.Resampling.LANCZOS)
+    # A palette of the commonest colours would turn small figures grey.
+    few = small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
+    with atomic_path(target) as temporary:
+        few.save(temporary, optimize=True)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ LINES = 30  # of an answer in plain text
 def show_story(story: Story) -> Bundle:
     """The story's text in colours, and in a line what it comes to."""
     told = story.typed
-    about = f"world {told.world}, {told.length} frames, search {told.search.method}"
+    about = f"world {told.world}, {told.frames}, search {told.search.method}"
     html = f"<div>{story_html(told.source.text)}<p><small>{escape(about)}</small></p></div>"
     return {"text/html": html, "text/plain": f"{story!r}\n{told.source.text.rstrip()}"}, {}
 
@@ -123,12 +123,12 @@ def _shown(script: Script, above: str, plain: str) -> Bundle:
     from i2pdsl.render.raster import svg_png
 
     pictures = pictures_of([script])
-    with tempfile.TemporaryDirectory() as folder:
-        page = pictures.save_page(Path(folder, "page.html")).read_text(encoding="utf-8")
     comic = _base64(_small(svg_png(pictures.comic())))
     title = escape(pictures.title)
     over = "position:absolute;inset:0;width:100%;height:100%;border:0"
-    framed = page.replace("&", "&amp;").replace("'", "&#39;")  # of its 7000 " each stays one letter
+    framed = (
+        pictures.page().replace("&", "&amp;").replace("'", "&#39;")
+    )  # of its 7000 " each stays one letter
     html = (
         f'{above}<div style="position:relative;height:{PLAYER_HEIGHT}px">'
         f'<img alt="{title}: comic strip" src="data:image/png;base64,{comic}" '

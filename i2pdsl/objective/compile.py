@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
-from i2pdsl.objective.reach import frames_until
+from i2pdsl.objective.reach import Question, frames_until
 from i2pdsl.worlds.world import World
+
+if TYPE_CHECKING:
+    from i2pdsl.objective.pins import Pins
 
 Array = Any
 Scope = Any
@@ -37,6 +41,8 @@ class Params(NamedTuple):
     suffix_rows: tuple[Array, ...] = ()
     # How far each state is from what a requirement asks for, [S]; see reach.py.
     reach: tuple[Array, ...] = ()
+    pins: Pins | None = None  # of pinned frames; see pins.py
+    before: Array | None = None  # frames before the story begins; see late.py
 
 
 @dataclass
@@ -53,7 +59,7 @@ class Compiler:
     places: list[tuple[int, ...] | np.ndarray] = field(default_factory=list)
     aways: list[ty.Away] = field(default_factory=list)
     shape: list[str] = field(default_factory=list)
-    on_reduction: Callable[[ty.Reduction], Closure] | None = None
+    on_reduction: Callable[[ty.Reduction | ty.Beats], Closure] | None = None
 
     def params(self) -> Params:
         """The parameters so far, as NumPy arrays of doubles."""
@@ -156,15 +162,16 @@ class Compiler:
 
     def _belief(self, node: ty.Belief) -> Closure:
         """A form about beliefs: its meaning, 0 where a moment of it does not exist."""
-        self.shape.append(node.form)
-        about = self._about(node.about)
+        self.shape.append(node.form if node.viewers is None else f"{node.form}{node.viewers}")
+        viewers, about = node.viewers, self._about(node.about, node.viewers)
         mask = self.mask(node.given[0].mask)
         moments = [self.moment(given.moment) for given in node.given]
         meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
-            views = tuple(moment(scope) for moment in moments)
-            asked = Asked(scope.world, scope.tables, about(scope, views[0]), mask(scope), views)
+            views = tuple(moment(scope).of(viewers) for moment in moments)
+            subject = about(scope, views[0])
+            asked = Asked(scope.world, scope.tables, subject, mask(scope), views, viewers)
             found = meaning(asked)
             for view in () if node.labels else views:
                 found = _where_exists(scope, view.exists, found)
@@ -172,9 +179,9 @@ class Compiler:
 
         return value
 
-    def _about(self, about: Any) -> Callable[[Scope, View], Array]:
-        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H], or a
-        character's number."""
+    def _about(self, about: Any, viewers: ty.Viewers | None) -> Callable[[Scope, View], Array]:
+        """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H] of those
+        who are asked, or a character's number."""
         if isinstance(about, int):
             return lambda scope, view: about
         if about is None or isinstance(about, ty.Partition):
@@ -184,12 +191,17 @@ class Compiler:
             event = self.mask(about)
             return lambda scope, view: event(scope)
         quantity = self._aligned(about, True)
-        return lambda scope, view: quantity(_QuantityScope(scope, view.state))
+        return lambda scope, view: quantity(_QuantityScope(scope, view.state, viewers))
 
     def _valueat(self, node: ty.ValueAt) -> Closure:
         who = node.who
         self.shape.append(str(who))
-        return lambda scope: scope.world.value(scope.tables, who, scope.state)
+
+        def value(scope: _QuantityScope) -> Array:
+            found = scope.world.value(scope.tables, who, scope.state)
+            return found if scope.viewers is None else found[..., slice(*scope.viewers), :]
+
+        return value
 
     def _feature(self, node: ty.Feature) -> Closure:
         name = node.predicate
@@ -224,16 +236,32 @@ class Compiler:
         self.shape.append(f"place{len(argument)},")
         return lambda scope: scope.params.places[number]
 
+    def _acted(self, node: ty.Acted) -> Closure:
+        moment = self.moment(node.moment)
+        self.shape.append(str(node.turn))
+
+        def value(scope: Scope) -> Array:
+            view = moment(scope)
+            assert view.frame is not None  # a frame counts from 1
+            before, action = view.frame.before, view.frame.action
+            done = scope.world.is_turn(scope.tables, before, action, node.turn)
+            return _where_exists(scope, view.exists, done * 1.0)
+
+        return value
+
     def _when(self, node: ty.When) -> Closure:
         """last + 1 minus the greatest of last + 1 - t over the frames in which it holds."""
         left = ty.TimeTable(1, tuple(float(node.last + 1 - t) for t in range(1, node.last + 1)))
         ahead = ty.Apply("choose", (node.body, left, ty.Constant(0.0)))
         greatest = ty.Reduction("max", 1, node.last, ahead)
         less = ty.Apply("negate", (greatest,))
-        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0), less)))
+        return self.build(ty.Apply("add", (ty.Constant(node.last + 1.0 - node.before), less)))
 
     def _framecount(self, node: ty.FrameCount) -> Closure:
-        return lambda scope: scope.count
+        if node.before is None:
+            return lambda scope: scope.count
+        before = self.build(ty.Constant(float(node.before)))
+        return lambda scope: scope.count - before(scope)
 
     def _away(self, node: ty.Away) -> Closure:
         if node not in self.aways:
@@ -244,18 +272,13 @@ class Compiler:
 
     def _reach(self, away: ty.Away) -> np.ndarray:
         """How many frames it takes from each state, [S]."""
-        inner, world = Compiler(self.world, 0), self.world
-        closure = inner.build(away.body)
-        params = inner.params()
-        known = world.vocabulary.predicates
-        features = [n for n in ty.walk(away.body) if isinstance(n, ty.Feature)]
+        of_states = is_of_states(self.world, away.body)
+        return frames_until(self.world, away.events, asked_of(self.world, away.body), of_states)
 
-        def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
-            found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
-            return found
-
-        of_states = not any(known[f.predicate].needs_action for f in features)
-        return frames_until(world, away.events, asked, of_states)
+    def _beats(self, node: ty.Beats) -> Closure:
+        assert self.on_reduction is not None
+        self.shape.append(f"beats{node.least},{node.last}")
+        return self.on_reduction(node)
 
     def _reduction(self, node: ty.Reduction) -> Closure:
         assert self.on_reduction is not None
@@ -263,12 +286,34 @@ class Compiler:
         return self.on_reduction(node)
 
 
-class _QuantityScope:
-    """The scope of a quantity inside an expectation: it also knows the state."""
+def asked_of(world: World, condition: ty.Typed) -> Question:
+    """A condition on what is seen in a frame, to be asked of any frames side by side."""
+    compiler = Compiler(world, 0)
+    closure = compiler.build(condition)
+    params = compiler.params()
 
-    def __init__(self, outer: Scope, state: Array):
+    def asked(before: np.ndarray, action: np.ndarray, after: np.ndarray) -> np.ndarray:
+        found: np.ndarray = closure(TurnScope(world, params, before, action, after)) != 0
+        return found
+
+    return asked
+
+
+def is_of_states(world: World, condition: ty.Typed) -> bool:
+    """Whether it depends on the state at the end of a frame alone."""
+    known = world.vocabulary.predicates
+    return not any(
+        isinstance(n, ty.Acted) or (isinstance(n, ty.Feature) and known[n.predicate].needs_action)
+        for n in ty.walk(condition)
+    )
+
+
+class _QuantityScope:
+    """The scope of a quantity inside an expectation: it also knows the state, and who is asked."""
+
+    def __init__(self, outer: Scope, state: Array, viewers: ty.Viewers | None):
         self.world, self.tables, self.params = outer.world, outer.tables, outer.params
-        self.t, self.xp, self.state = outer.t, outer.xp, state
+        self.t, self.xp, self.state, self.viewers = outer.t, outer.xp, state, viewers
 
 
 def _where_exists(scope: Scope, exists: Array | bool, value: Array) -> Array:
@@ -298,31 +343,51 @@ def evaluate_all(
     return closure(scope)
 
 
-def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction], Closure]:
+def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction | ty.Beats], Closure]:
     """How a query takes its sums: over all frames that exist, with t as an axis."""
 
-    def on_reduction(node: ty.Reduction) -> Closure:
+    def within(scope: HistoryScope, times: Array) -> HistoryScope:
+        given = (scope.world, scope.tables, scope.params, scope.histories)
+        return HistoryScope(*given, scope.count, scope.length, times)
+
+    def on_beats(node: ty.Beats) -> Closure:
+        parts = [compiler.build(part) for part in node.parts]
+
+        def value(scope: HistoryScope) -> Array:
+            times = scope.xp.arange(1, node.last + 1)
+            terms = terms_of(parts, within(scope, times), times)
+            taken = times <= scope.count
+            if scope.params.before is not None:
+                taken &= times > scope.params.before
+            cells = begun(scope.xp, len(parts), node.least, terms.dtype)
+            cells = through(cells, terms, taken, node.least)
+            return best(cells, node.last - scope.count, node.least)
+
+        return value
+
+    def on_reduction(node: ty.Reduction | ty.Beats) -> Closure:
+        if isinstance(node, ty.Beats):
+            return on_beats(node)
         body = compiler.build(node.body)
 
         def value(scope: HistoryScope) -> Array:
             xp = scope.xp
             times = xp.arange(node.first, node.last + 1)
-            inner = HistoryScope(
-                scope.world,
-                scope.tables,
-                scope.params,
-                scope.histories,
-                scope.count,
-                scope.length,
-                times,
-            )
-            terms = xp.broadcast_to(body(inner), times.shape)
+            terms = xp.broadcast_to(body(within(scope, times)), times.shape)
             taken = (times <= scope.count) | (times > scope.length)
+            if scope.params.before is not None and node.first <= 1:
+                taken &= times > scope.params.before
             return _reduce(xp, node.kind, terms, taken)
 
         return value
 
     return on_reduction
+
+
+def terms_of(parts: list[Closure], scope: Scope, times: Array) -> Array:
+    """What each of `times` [T] is worth in each part, [T, n]."""
+    xp = scope.xp
+    return xp.stack([xp.broadcast_to(part(scope), times.shape) for part in parts], axis=-1)
 
 
 def _reduce(xp: Any, kind: str, terms: Array, taken: Array) -> Array:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.audience.queries import expected_regret
+from i2pdsl.language import typed as ty
 from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.frame import Frame
@@ -65,8 +66,10 @@ class Seen(NamedTuple):
     succeeded: Array
 
 
-def seen(world: World, tables: Any, frame: Frame) -> Seen:
-    """What there is to see in a frame, or in several side by side."""
+def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) -> Seen:
+    """What there is to see in a frame, or in several side by side. `viewers` are those observers
+    to whom it must make sense, where not all are."""
+    frame = frame.of(viewers)
     xp = frame.belief.__array_namespace__()
     everyone_rational = xp.asarray(default_assumption(world.vocabulary))
     regret = expected_regret(frame.afterwards, frame.regrets, everyone_rational)
@@ -77,9 +80,11 @@ def seen(world: World, tables: Any, frame: Frame) -> Seen:
     return Seen(regret, still, nobody, nobody)
 
 
-def see(world: World, tables: Any, chances: Array, film: Film, frame: Frame) -> Film:
+def see(
+    world: World, tables: Any, chances: Array, film: Film, frame: Frame, viewers: ty.Viewers | None
+) -> Film:
     """One frame further. `chances` are the success probabilities of the weak, [W]."""
-    now = seen(world, tables, frame)
+    now = seen(world, tables, frame, viewers)
     film = film._replace(
         regret=film.regret + now.regret,
         still=film.still + now.still,
@@ -128,10 +133,10 @@ def costs(chances: Array, film: Film) -> Costs:
     return Costs(-miss.sum(-1), -film.regret, -luck.sum(-1), -film.still)
 
 
-def film_of(world: World, frames: Frame) -> Film:
+def film_of(world: World, frames: Frame, viewers: ty.Viewers | None = None) -> Film:
     """What the automatic terms come to over a finished script, in doubles."""
     chances = np.array(world.weak_chances)
-    every = seen(world, world.tables, Frame(*(part[1:] for part in frames)))
+    every = seen(world, world.tables, Frame(*(part[1:] for part in frames)), viewers)
     film = no_film(np, len(chances), float)._replace(
         **{name: part.sum(0) for name, part in every._asdict().items()}
     )

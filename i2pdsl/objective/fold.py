@@ -20,10 +20,13 @@ from i2pdsl.language.evaluate import COMPARISONS
 from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history
+from i2pdsl.objective.beats import begun, best, further, through
+from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history, terms_of
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
+from i2pdsl.objective.pins import Pins, broken, still_to_break
+from i2pdsl.objective.requirements import VIOLATION
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -58,10 +61,10 @@ class Objective:
     suffix_turns: tuple[ty.Turn, ...]
     weights: tuple[int, ...]
 
-    def alone(self, number: int) -> Objective:
-        """One of its terms without the others; it has the same compiled program."""
+    def alone(self, *terms: int) -> Objective:
+        """Some of its terms without the others; it has the same compiled program."""
         numbers = self.params.numbers.copy()
-        numbers[[place for i, place in enumerate(self.weights) if i != number]] = 0.0
+        numbers[[place for i, place in enumerate(self.weights) if i not in terms]] = 0.0
         return replace(self, params=self.params._replace(numbers=numbers))
 
 
@@ -70,35 +73,48 @@ def compile_objective(
     length: int,
     terms: list[tuple[float, ty.Typed]],
     weights: Weights,
+    viewers: ty.Viewers | None = None,
+    pins: Pins | None = None,
+    before: int | None = None,
 ) -> Objective:
     """Compiles weighted expressions to init, step and score.
 
     Args:
         terms: (weight, expression); the automatic rationality term is one of them.
         weights: of the automatic terms that look at frames (film.py).
+        viewers: the observers that those are about, where not all are.
+        pins: each frame that is not as it is pinned costs VIOLATION.
+        before: frames before the story begins, where others of its kind begin earlier (late.py).
     """
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
+    beats: list[_Beats] = []
     history = any(_looks_far(node, length) for _, e in terms for node in ty.walk(e))
     compiler.on_reduction = (
-        reduce_over_history(compiler) if history else _incremental(compiler, sums)
+        reduce_over_history(compiler) if history else _incremental(compiler, sums, beats)
     )
     places = [len(compiler.numbers) + i for i in range(len(terms))]
     compiler.numbers.extend(weight for weight, _ in terms)
     built = [compiler.build(e) for _, e in terms]
     seen = None
     if weights.sees_frames:
-        seen = _Seen(len(compiler.numbers), len(world.weak_chances))
+        seen = _Seen(len(compiler.numbers), len(world.weak_chances), viewers)
         compiler.numbers.extend((*weights, *world.weak_chances))
-    compiler.shape.append(str(seen))
+    compiler.shape += [
+        str(seen),
+        "" if pins is None else "pinned",
+        "" if before is None else "late",
+    ]
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, history, length, seen),
-        step=_step(world, sums, history, length, seen),
+        init=_init(world, sums, beats, history, length, seen, pins is not None),
+        step=_step(world, sums, beats, history, length, seen),
         score=value(held=False),
         promise=value(held=True),
-        params=compiler.params(),
+        params=compiler.params()._replace(
+            pins=pins, before=None if before is None else np.int32(before)
+        ),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
         suffix_turns=tuple(turn for group in suffixes for turn in group),
@@ -118,12 +134,14 @@ def _looks_far(node: object, length: int) -> bool:
             return 0 < node.frames[0] < length
         case ty.Moment():
             return node.offset not in (0, -1)
-        case ty.Reduction():
+        case ty.Reduction() | ty.Beats():
             # A fixed frame inside a sum (the prior excepted) changes terms already taken.
-            moments = [n for n in ty.walk(node.body) if isinstance(n, ty.Moment)]
-            frames = [m for n in ty.walk(node.body) for m in _asked(n)]
+            bodies = node.parts if isinstance(node, ty.Beats) else (node.body,)
+            nodes = [n for body in bodies for n in ty.walk(body)]
+            moments = [n for n in nodes if isinstance(n, ty.Moment)]
+            frames = [m for n in nodes for m in _asked(n)]
             fixed = any(m.first is None and m.frames[0] != 0 for m in moments)
-            return fixed or any(m.offset != 0 for m in frames) or looks_ahead(node.body)
+            return fixed or any(m.offset != 0 for m in frames) or any(map(looks_ahead, bodies))
     return False
 
 
@@ -136,10 +154,11 @@ def looks_ahead(node: object) -> bool:
         case ty.Reduction() | ty.When():
             return True
         case (
-            ty.Apply(arguments=(ty.When(), ty.TimeTable() as table))
-            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When()))
+            ty.Apply(arguments=(ty.When() as when, ty.TimeTable() as table))
+            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When() as when))
         ) if node.operation in COMPARED:
-            return any(value > table.first + i for i, value in enumerate(table.values))
+            first = table.first - when.before
+            return any(value > first + i for i, value in enumerate(table.values) if first + i > 0)
     return any(looks_ahead(child) for child in ty.children(node))
 
 
@@ -164,8 +183,36 @@ class _Sum:
     number: int
 
 
-def _incremental(compiler: Compiler, sums: list[_Sum]) -> Callable[[ty.Reduction], Closure]:
-    def on_reduction(node: ty.Reduction) -> Closure:
+@dataclass(frozen=True)
+class _Beats:
+    """Incremental beats: their terms, and their place in the carry."""
+
+    node: ty.Beats
+    terms: list[Closure]
+    number: int
+
+
+def _incremental(
+    compiler: Compiler, sums: list[_Sum], beats: list[_Beats]
+) -> Callable[[ty.Reduction | ty.Beats], Closure]:
+    def on_beats(node: ty.Beats) -> Closure:
+        own = _Beats(node, [compiler.build(part) for part in node.parts], len(beats))
+        beats.append(own)
+
+        def value(scope: Any) -> Array:
+            cells, left = scope.beats[own.number], node.last - scope.count
+            if scope.held:
+                times = scope.xp.arange(1, node.last + 1)
+                terms = terms_of(own.terms, _held(scope, times), times)
+                cells = through(cells, terms, times > scope.last.number, node.least)
+                left = 0
+            return best(cells, left, node.least)
+
+        return value
+
+    def on_reduction(node: ty.Reduction | ty.Beats) -> Closure:
+        if isinstance(node, ty.Beats):
+            return on_beats(node)
         term = compiler.build(node.body)
         own = _Sum(node, term, len(sums))
         sums.append(own)
@@ -189,7 +236,10 @@ def _total(scope: Any, own: _Sum) -> Array:
     count = scope.count
     if scope.held:
         total, count = _joined_held(scope, own, total), scope.length
-    count = xp.clip(count, node.first - 1, min(node.last, scope.length)) - (node.first - 1)
+    none: Any = node.first - 1  # how many frames there are before the first one
+    if scope.params.before is not None and node.first <= 1:
+        none = scope.params.before
+    count = xp.clip(count, none, min(node.last, scope.length)) - none
     for t in range(max(scope.length + 1, node.first), node.last + 1):
         total = getattr(xp, _JOIN[node.kind])(total, own.term(scope.at(t)))
         count = count + 1
@@ -200,10 +250,12 @@ def _total(scope: Any, own: _Sum) -> Array:
 
 @dataclass(frozen=True)
 class _Seen:
-    """Where the parameters of the terms that look at frames stand, of so many weak characters."""
+    """Where the parameters of the terms that look at frames stand, of so many weak characters; and
+    the observers that they are about, where not all are."""
 
     first: int
     weak: int
+    viewers: ty.Viewers | None
 
     @property
     def places(self) -> range:
@@ -223,13 +275,18 @@ def _joined_held(scope: Any, own: _Sum, total: Array) -> Array:
     times = xp.arange(max(1, node.first), min(node.last, scope.length) + 1)
     if not times.shape[0]:
         return total
-    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
-    held.accumulated, held.length = scope.accumulated, scope.length
-    terms = xp.broadcast_to(own.term(held), times.shape)
+    terms = xp.broadcast_to(own.term(_held(scope, times)), times.shape)
     terms = xp.where(times > scope.last.number, terms, _EMPTY[node.kind])
     whole = {"min": xp.min, "max": xp.max}.get(node.kind, xp.sum)(terms)
     joined: Array = getattr(xp, _JOIN[node.kind])(total, whole)
     return joined
+
+
+def _held(scope: Any, times: Array) -> HeldScope:
+    """The frames that are yet to come, were they like the last one."""
+    held = HeldScope(scope.world, scope.tables, scope.params, scope.last, scope.first_state, times)
+    held.accumulated, held.length = scope.accumulated, scope.length
+    return held
 
 
 class _Carry(NamedTuple):
@@ -237,18 +294,27 @@ class _Carry(NamedTuple):
 
     sums: Array  # [n]
     film: Film | None
+    beats: tuple[Array, ...]
     first_state: Array
     frames: Frame | None  # [T + 1, ...], frame 0 is the start
+    broken: Array | None = None  # pins so far
 
 
 def _init(
-    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
+    world: World,
+    sums: list[_Sum],
+    beats: list[_Beats],
+    history: bool,
+    length: int,
+    seen: _Seen | None,
+    pinned: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
         prior = world.log_prior(tables)
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
-        start = StartScope(world, tables, params, state, xp.zeros((), dtype=xp.int32))
+        zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)
+        start = StartScope(world, tables, params, state, zero_frames)
         values: list[Array] = []
         start.accumulated, start.length = values, length
         for own in sums:
@@ -265,8 +331,10 @@ def _init(
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
             None if seen is None else no_film(xp, seen.weak, prior.dtype),
+            tuple(begun(xp, len(b.terms), b.node.least, prior.dtype) for b in beats),
             state,
             frames,
+            xp.zeros((), dtype=xp.int32) if pinned else None,
         )
 
     return init
@@ -281,7 +349,12 @@ def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: i
 
 
 def _step(
-    world: World, sums: list[_Sum], history: bool, length: int, seen: _Seen | None
+    world: World,
+    sums: list[_Sum],
+    beats: list[_Beats],
+    history: bool,
+    length: int,
+    seen: _Seen | None,
 ) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
@@ -297,7 +370,7 @@ def _step(
         film = carry.film
         if seen is not None:
             assert film is not None
-            film = see(world, tables, seen.chances(params), film, frame)
+            film = see(world, tables, seen.chances(params), film, frame, seen.viewers)
         frames = carry.frames
         if history:
             assert frames is not None
@@ -307,10 +380,20 @@ def _step(
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,
             film=film,
+            beats=tuple(
+                further(carry.beats[b.number], _stacked(xp, b.terms, scope), b.node.least)
+                for b in beats
+            ),
             frames=frames,
+            broken=None if params.pins is None else carry.broken + broken(params.pins, frame),
         )
 
     return step
+
+
+def _stacked(xp: Any, terms: list[Closure], scope: StepScope) -> Array:
+    """What the frame at hand is worth in each beat, [n]."""
+    return xp.stack([xp.asarray(term(scope)) for term in terms])
 
 
 def _score(
@@ -345,13 +428,16 @@ def _score(
         else:
             given = (world, tables, params, last, carry.first_state, length, suffixes)
             scope = _FoldScope(*given, held=held)
-            scope.accumulated = carry.sums
+            scope.accumulated, scope.beats = carry.sums, carry.beats
         total = xp.zeros((), dtype=last.belief.dtype)
         for number, value in zip(places, built, strict=True):
             total = total + params.numbers[number] * value(scope)
         if seen is not None:
             assert carry.film is not None
             total = total + weighed(seen.weights(params), costs(seen.chances(params), carry.film))
+        if params.pins is not None:
+            ahead = still_to_break(params.pins, last.number, last.state)
+            total = total - VIOLATION * (carry.broken + ahead)
         return total
 
     return score
@@ -361,6 +447,7 @@ class _FoldScope(EndScope):
     """The end of a prefix whose sums were accumulated."""
 
     accumulated: Array
+    beats: tuple[Array, ...]
 
     def at(self, t: int) -> EndScope:
         """The same end, looked at from an appended frame t."""
@@ -375,5 +462,5 @@ class _FoldScope(EndScope):
             t,
             self.held,
         )
-        scope.accumulated = self.accumulated
+        scope.accumulated, scope.beats = self.accumulated, self.beats
         return scope

@@ -43,6 +43,19 @@ class Frame(NamedTuple):
             [self.expecting[..., 1:, :, :], self.belief[..., None, :, :]], axis=-3
         )
 
+    def of(self, viewers: ty.Viewers | None) -> Frame:
+        """The frame as some of the observers see it; as all of them without."""
+        if viewers is None:
+            return self
+        some = slice(*viewers)
+        return self._replace(
+            previous=self.previous[..., some, :],
+            belief=self.belief[..., some, :],
+            expecting=self.expecting[..., some, :],
+            log_rows=self.log_rows[..., some, :],
+            regrets=self.regrets[..., some, :],
+        )
+
 
 def observe(
     world: World,
@@ -96,6 +109,14 @@ class View:
     state: Array
     frame: Frame | None
     exists: Array | bool = True
+
+    def of(self, viewers: ty.Viewers | None) -> View:
+        """The moment as some of the observers see it; as all of them without."""
+        if viewers is None:
+            return self
+        belief = self.belief[..., slice(*viewers), :]
+        frame = None if self.frame is None else self.frame.of(viewers)
+        return View(belief, self.state, frame, self.exists)
 
 
 def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:

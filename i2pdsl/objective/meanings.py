@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from i2pdsl.audience import queries
+from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import View
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.world import Branches, World
 
 Array = Any
 
@@ -19,7 +20,8 @@ class Asked(NamedTuple):
         about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), a
             quantity broadcastable to [..., O, H], or a character's number.
         mask: the conditions, [H].
-        views: the moment that it is conditioned on; of a divergence two.
+        views: the moment that it is conditioned on; of a divergence two. Already of `viewers`.
+        viewers: the observers who are asked, where not all are.
     """
 
     world: World
@@ -27,11 +29,26 @@ class Asked(NamedTuple):
     about: Array
     mask: Array
     views: tuple[View, ...]
+    viewers: ty.Viewers | None = None
 
     @property
     def belief(self) -> Array:
         """log P(H | the given frames), [..., O, H]."""
         return self.views[0].belief
+
+    @property
+    def forgetting(self) -> Array:
+        """Of those who are asked, [O] or [O, H]."""
+        every = self.world.forgetting(self.tables)
+        return every if self.viewers is None else every[slice(*self.viewers)]
+
+    def ahead(self) -> Branches:
+        """What can come next, as those who are asked see it."""
+        found = self.world.turns(self.tables, self.views[0].state)
+        if self.viewers is None:
+            return found
+        rows = (row[..., slice(*self.viewers), :] for row in found.log_rows)
+        return found._replace(log_rows=tuple(rows))
 
 
 def _surprise(asked: Asked) -> Array:
@@ -42,7 +59,7 @@ def _surprise(asked: Asked) -> Array:
 
 
 def _suspense(asked: Asked) -> Array:
-    ahead = asked.world.turns(asked.tables, asked.views[0].state)
+    ahead = asked.ahead()
     return queries.suspense(
         asked.belief,
         ahead.log_rows,
@@ -50,12 +67,12 @@ def _suspense(asked: Asked) -> Array:
         ahead.valid,
         asked.about,
         asked.mask,
-        asked.world.forgetting(asked.tables),
+        asked.forgetting,
     )
 
 
 def _next(asked: Asked) -> Array:
-    ahead = asked.world.turns(asked.tables, asked.views[0].state)
+    ahead = asked.ahead()
     return queries.prediction(
         asked.belief,
         ahead.log_rows,
@@ -64,7 +81,7 @@ def _next(asked: Asked) -> Array:
         asked.about,
         asked.world.branch_actions(asked.about),
         asked.mask,
-        asked.world.forgetting(asked.tables),
+        asked.forgetting,
     )
 
 

@@ -13,12 +13,12 @@ NEVER = 1 << 20  # frames to what no turn leads to: more than a story can have
 _AT_ONCE = 1 << 15  # states whose turns are looked at together
 
 
-Asked = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Question = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Whether frames are as asked: (states before, actions, states after), side by side."""
 
 
 def frames_until(
-    world: World, events: tuple[int, ...], asked: Asked, of_states: bool
+    world: World, events: tuple[int, ...], asked: Question, of_states: bool
 ) -> np.ndarray:
     """The fewest frames after each state until the last of them is as asked, at least 1.
 
@@ -33,13 +33,8 @@ def frames_until(
     Returns: int32 [S], padded to the sizes of the tables of searches (worlds/grid/model.py).
     """
     states = np.asarray(world.all_states(world.tables))
-    after, actions, possible = _frames(world, states, events)
-    if of_states:
-        now = asked(states, states, states)[after]
-    else:
-        pieces = _pieces(states, after)
-        found = [asked(s[:, None] + 0 * actions, actions + 0 * ends, ends) for s, ends in pieces]
-        now = np.concatenate(found)
+    after, actions, possible = possible_frames(world, states, events)
+    now = seen_in(asked, states, after, actions, of_states)
     frames = np.where((now & possible).any(1), 1, NEVER).astype(np.int32)
     waiting = np.flatnonzero(frames == NEVER)
     for count in range(2, NEVER):
@@ -51,7 +46,19 @@ def frames_until(
     return np.pad(frames, (0, padded_size(len(states), 8192) - len(states)))
 
 
-def _frames(
+def seen_in(
+    asked: Question, states: np.ndarray, after: np.ndarray, actions: np.ndarray, of_states: bool
+) -> np.ndarray:
+    """Whether each frame that can follow each state is as asked, [S, K]."""
+    if of_states:
+        found: np.ndarray = asked(states, states, states)[after]
+        return found
+    pieces = _pieces(states, after)
+    parts = [asked(s[:, None] + 0 * actions, actions + 0 * ends, ends) for s, ends in pieces]
+    return np.concatenate(parts)
+
+
+def possible_frames(
     world: World, states: np.ndarray, events: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The states after each turn and event [S, K], their actions [K], and which can happen.

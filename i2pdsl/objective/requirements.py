@@ -34,10 +34,12 @@ beliefs do, and little enough for its steps."""
 def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
     """A term for each requirement: 1 from where on a script has broken it for good.
 
-    Where bodies move, which is searched along gradients, how much it misses it by.
+    Where bodies move, which is searched along gradients, how much it misses it by; and the pins
+    there, which elsewhere have tables of their own (pins.py).
     """
     conditions = [r.condition for r in story.requirements]
     if not story.vocabulary.enumerable:
+        conditions += [pin.condition for pin in story.pins]
         verdicts = _Verdicts(story.length, None)
         return [(-SHORTFALL, verdicts.shortfall(c, True)) for c in conditions]
     verdicts = _Verdicts(story.length, world.events(story.allow))
@@ -46,11 +48,11 @@ def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
 
 
 def unmet(story: TypedStory, world: World, frames: Frame) -> tuple[Requirement, ...]:
-    """The requirements that a finished script does not meet."""
+    """The requirements and pins that a finished script does not meet."""
+    length = len(frames.state) - 1
+    asked = (*story.requirements, *(pin for pin in story.pins if pin.frame <= length))
     with np.errstate(all="ignore"):
-        return tuple(
-            r for r in story.requirements if not evaluate(world, frames, r.condition, None)
-        )
+        return tuple(r for r in asked if not evaluate(world, frames, r.condition, None))
 
 
 _COUNT = ty.FrameCount()
@@ -184,7 +186,7 @@ class _Verdicts:
         lasts = [
             max(n.frames, default=0) if isinstance(n, ty.Moment) else n.last
             for n in ty.walk(node)
-            if isinstance(n, ty.Moment | ty.Reduction | ty.When)
+            if isinstance(n, ty.Moment | ty.Reduction | ty.Beats | ty.When)
         ]
         return min(max(lasts, default=0), self.length)
 

@@ -21,10 +21,12 @@ class Subject:
     Attributes:
         about: an event, a partition by a latent's values, or a character's value.
         given: the conditions and the assumption that it is taken under.
+        viewers: whose belief it is; None where there is only one audience.
     """
 
     about: ty.Mask | ty.Partition | ty.ValueAt
     given: ty.Mask
+    viewers: ty.Viewers | None = None
 
 
 def subjects_of(story: TypedStory) -> tuple[Subject, ...]:
@@ -35,13 +37,14 @@ def subjects_of(story: TypedStory) -> tuple[Subject, ...]:
             if not isinstance(node, ty.Belief) or len(node.given) > 1:
                 continue  # how far beliefs move is no belief
             if isinstance(node.about, tuple | ty.Partition | ty.ValueAt):
-                found[Subject(node.about, node.given[0].mask)] = None
+                found[Subject(node.about, node.given[0].mask, node.viewers)] = None
     return tuple(found)
 
 
-def belief_over(form: str, about: ty.Mask | ty.ValueAt, given: ty.Mask, length: int) -> ty.Belief:
-    """A form about what viewers believe after each of the frames 0..length."""
-    return ty.Belief(form, about, (ty.Given(ty.Moment((), range(length + 1), 0), given),))
+def belief_over(form: str, subject: Subject, length: int) -> ty.Belief:
+    """A form about a subject, after each of the frames 0..length."""
+    given = (ty.Given(ty.Moment((), range(length + 1), 0), subject.given),)
+    return ty.Belief(form, subject.about, given, viewers=subject.viewers)
 
 
 def claims(words: Vocabulary, event: ty.Mask, within: ty.Mask) -> Claims | None:

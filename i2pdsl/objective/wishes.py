@@ -13,6 +13,7 @@ from i2pdsl.errors import Diagnostic
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory
+from i2pdsl.objective.beats import cut
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.worlds.world import World
@@ -93,6 +94,11 @@ def _parts(
             else:
                 at = int(terms.argmin() if kind == "min" else terms.argmax())
                 yield times[at], weight * float(terms[at])
+        case ty.Beats(parts=parts, least=least, last=last):
+            times = range(1, last + 1)
+            values = np.stack([evaluate(world, frames, part, times) for part in parts], axis=-1)
+            for t, beat in zip(times, cut(values, least), strict=True):
+                yield t, weight * float(values[t - 1, beat])
         case ty.Apply(operation="add"):
             for part in node.arguments:
                 yield from _parts(world, frames, part, weight)
@@ -115,7 +121,7 @@ def _last_frame(node: ty.Typed) -> int:
     for part in ty.walk(node):
         if isinstance(part, ty.Moment) and part.first is None:
             found.append(part.frames[0])
-        elif isinstance(part, ty.Reduction):
+        elif isinstance(part, ty.Reduction | ty.Beats):
             found.append(part.last)
     return max(found)
 
@@ -124,7 +130,7 @@ def doubts(story: TypedStory, world: World, frames: Frame) -> tuple[Diagnostic, 
     """Warnings: beliefs that are bought with characters who seem to act at random, and those that
     are conditioned on what the script nearly refutes."""
     everything = np.ones(len(story.vocabulary.hypotheses), dtype=bool)
-    seen = frames.belief[1:]
+    seen = frames.of(story.viewers).belief[1:]
     rational = probability(seen, np.array(story.everyone_rational), everything)
     assumed = probability(seen, np.array(story.assumption), everything)
     found = []

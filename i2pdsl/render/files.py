@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from i2pdsl.resources import write_text
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.mind import Panel
+    from i2pdsl.render.reasons import Account
 
 FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
 EXPORTS = ("sheet", "timeline", "godot")  # what other programs animate with
@@ -19,6 +24,8 @@ KEY_FRAMES = 8
 UNSURE = 0.1  # beliefs closer than this are a tie
 
 Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
+# Of a sprite sheet and of a background: RGBA [height, width, 4], and what is where in it.
+Sprites = tuple[tuple["np.ndarray", dict[str, Any]], tuple["np.ndarray", dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,7 @@ class PictureFiles:
     Attributes:
         title: of all pictures.
         wishes: what became of those of the story, for the page.
+        explained: tells why viewers believe what they do, for the page, where that is one script's.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
         look: how its films are made.
@@ -54,6 +62,7 @@ class PictureFiles:
     look: FilmLook = FilmLook()
     can_be_transparent: bool = False
     wishes: Sequence[Wish] = ()
+    explained: Callable[[], Account | None] | None = None
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")
 
@@ -70,17 +79,40 @@ class PictureFiles:
         """Writes the curves of belief, if there are any."""
         raise NotImplementedError
 
-    def save_page(self, path: Path) -> Path:
-        """Writes the page."""
+    def page(self) -> str:
+        """The page, as HTML in one piece."""
         raise NotImplementedError
+
+    @property
+    def account(self) -> Account | None:
+        """Why viewers believe what they do."""
+        return None if self.explained is None else self.explained()
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         """Writes the film, as a GIF, MP4 or WebM by the suffix."""
         raise NotImplementedError
 
+    def sprites(self) -> Sprites:
+        """The cast and the room, for other programs."""
+        raise NotImplementedError
+
+    def timeline(self) -> dict[str, Any]:
+        """The story as data, for other programs."""
+        raise NotImplementedError
+
     def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
         """Writes what other programs animate with, of the formats asked for."""
-        return iter(())
+        from i2pdsl.render import export
+
+        if {"sheet", "godot"} & {*formats} and "sheet" in self.offered:
+            for path in export.save_sheet(folder, *self.sprites()):
+                yield path.name, path
+        if {"timeline", "godot"} & {*formats}:
+            path = export.save_timeline(folder, self.timeline())
+            yield path.name, path
+        if "godot" in formats:
+            path = export.save_player(folder)
+            yield path.name, path
 
     def save(
         self, folder: Path, formats: tuple[str, ...], progress: Progress | None = None
@@ -102,7 +134,9 @@ class PictureFiles:
         if "png" in formats or "svg" in formats:
             yield from self._still(folder, formats, comic)
         if "html" in formats:
-            yield "html", self.save_page(folder / f"{page}.html")
+            path = folder / f"{page}.html"
+            write_text(path, self.page())
+            yield "html", path
         yield from self.exported(folder, formats)
         failed: list[FilmError] = []
         for kind in FILMS:

@@ -11,15 +11,16 @@ import base64
 import hashlib
 import json
 import math
-import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
 
+import numpy as np
+
 from i2pdsl.objective.wishes import Wish
+from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import (
     DASHES,
     Mark,
@@ -29,6 +30,8 @@ from i2pdsl.render.mind import (
     panel_values,
     value_axis,
 )
+from i2pdsl.render.reasons import Account
+from i2pdsl.render.why import why_section
 
 PLOT = {"width": 200, "height": 128, "left": 30, "right": 194, "top": 20, "bottom": 98}
 
@@ -41,7 +44,8 @@ class Film:
         stage: HTML of the drawing as it is at time 0.
         aspect: the stage's width to its height.
         last: T, the last frame.
-        seconds: that a frame lasts at speed 1.
+        seconds: [T] that each frame lasts at speed 1.
+        rests: [T] that its end is held.
         captions: T + 1 texts.
         happenings: the frames whose captions are listed.
         script: the script, below `render`, that defines `makeStage`.
@@ -52,7 +56,8 @@ class Film:
     stage: str
     aspect: float
     last: int
-    seconds: float
+    seconds: Sequence[float] | np.ndarray
+    rests: Sequence[float] | np.ndarray
     captions: Sequence[str]
     happenings: Sequence[int]
     script: str
@@ -70,9 +75,10 @@ def film_page(
     windows: Sequence[Window] = (),
     language: str = "en",
     wishes: Sequence[Wish] = (),
+    account: Account | None = None,
 ) -> str:
     """The page. `panels` cover the film's frames 0..T; `marks` and `windows` are shown in them.
-    `wishes` are what became of those of the story."""
+    `wishes` are what became of those of the story, `account` says why viewers believe it."""
     if len(film.captions) != film.last + 1:
         raise ValueError(
             f"{film.last + 1} captions are needed, for frames 0 to {film.last}, "
@@ -85,7 +91,8 @@ def film_page(
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     shared = {
         "last": film.last,
-        "seconds": film.seconds,
+        "seconds": [round(float(each), 4) for each in film.seconds],
+        "rests": [round(float(each), 4) for each in film.rests],
         "plot": PLOT,
         "panels": [_panel_data(panel) for panel in panels],
         "captions": list(film.captions),
@@ -103,6 +110,7 @@ def film_page(
         first_caption=plain(film.captions[0]),
         last=film.last,
         mind=_mind(panels, marks, windows),
+        why=why_section(account) if account else "",
         wishes=_wishes(wishes),
         happenings="\n".join(_happenings(film)),
         source=plain(source),
@@ -273,15 +281,6 @@ def _happenings(film: Film) -> Iterable[str]:
             f'<li><button type="button" data-frame="{frame}"><span>{name}</span> '
             f"{plain(film.captions[frame])}</button></li>"
         )
-
-
-def plain(text: str) -> str:
-    """Escaped for HTML, in elements and in quoted attributes; what HTML cannot hold becomes �."""
-    known = "".join(
-        "\ufffd" if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" else c
-        for c in text.replace("\r\n", "\n").replace("\r", "\n")
-    )
-    return escape(known, quote=True)
 
 
 def _json(data: Any) -> str:

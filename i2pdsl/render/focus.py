@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.language.vocabulary import Value
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, event_of, latents_of
@@ -45,11 +47,22 @@ class Focus:
     def caption(self, t: int) -> str:
         """What viewers think after frame t, of the first of what is told."""
         found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
-        words, before = [], ""
-        for verb, clause in found:
-            words.append(clause if verb == before else f"{verb} {clause}")
-            before = verb
-        return f"viewers {', and '.join(words)}" if words else ""
+        claims = [said.claim for said in found]
+        text = ""
+        before = _Said("", "", "")
+        for said in found:
+            verb, same = _agreeing(said.audience, said.verb), said.audience == before.audience
+            # What several audiences are told to think of needs room: their curves tell how much.
+            shared = bool(said.claim) and claims.count(said.claim) > 1
+            clause = said.clause if shared else said.clause + said.share
+            again = bool(said.claim) and said.claim == before.claim and not same
+            told = verb + _AGAIN[said.verb] if again else f"{verb} {clause}"
+            if same and said.verb == before.verb:
+                told = clause
+            told = told if same else f"{_those(said.audience)} {told}"
+            text += f"{', ' if again else ', and ' if text else ''}{told}"
+            before = said
+        return text
 
     @property
     def turns(self) -> dict[int, float]:
@@ -118,9 +131,12 @@ def _fortunes(script: Script) -> tuple[Panel, ...]:
     for subject in script.subjects:
         if isinstance(subject.about, ty.ValueAt):
             who = script.world.vocabulary.characters[subject.about.who]
-            belief = belief_over("E", subject.about, subject.given, length)
+            belief = belief_over("E", subject, length)
             values = evaluate(script.world, script.frames, belief, range(length + 1))
             series = Series(who, np.asarray(values, float), PALETTE.get(who, HUES[0]))
+            audience = script.audience_of(subject.viewers).name
+            if audience != VIEWERS:
+                series = replace(series, label=f"{audience}: {who}", audience=audience)
             found.append(Panel(f"{who}{FORTUNE}", "value", (series,), "value"))
     return tuple(found)
 
@@ -134,6 +150,11 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     told.sort(key=lambda p: p.latent != ATTITUDE)  # what one means to another is told first
     events = [s for s in subjects if isinstance(s.about, tuple)]
     conditions = {s.given for s in events}
+    if any(script.audience_of(s.viewers).name != VIEWERS for s in events):
+        series = _series(script, events, sentence)
+        if series:
+            panel = Panel(ASKED, "probability", series)
+            return Focus(panel, (panel,))
     if len(conditions) == 1 and script.assumption not in conditions and len(told) == 1:
         series = _series(script, _with_rest(events), lambda event, _: sentence(event, {}))
         if series:  # what everybody knows all along need not be said
@@ -147,7 +168,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     if len(told) > 1:
         named = [_claims(script, s.about, s.given) or {} for s in events]  # type: ignore[arg-type]
         wanted = [
-            Subject(event_of(words, {x: vs}), script.assumption)
+            Subject(event_of(words, {x: vs}), script.assumption, events[0].viewers)
             for found in named
             for x, vs in found.items()
         ]
@@ -163,7 +184,7 @@ def _with_rest(events: list[Subject]) -> list[Subject]:
     columns = zip(*(s.about for s in events), strict=True)
     rest = tuple(not any(column) for column in columns)
     possible = any(r and g for r, g in zip(rest, given, strict=True))
-    return [*events, Subject(rest, given)] if possible else events
+    return [*events, Subject(rest, given, events[0].viewers)] if possible else events
 
 
 def _claims(script: Script, event: ty.Mask, within: ty.Mask) -> Claims | None:
@@ -175,59 +196,106 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
     them has no words."""
     length, found = script.length, list[Series]()
     plain = [_claims(script, s.about, s.given) for s in subjects if s.given == script.assumption]  # type: ignore[arg-type]
+    named = any(script.audience_of(s.viewers).name != VIEWERS for s in subjects)
     for subject in sorted(subjects, key=lambda s: s.given != script.assumption)[:SERIES_MAX]:
         assert isinstance(subject.about, tuple)
         event = _claims(script, subject.about, subject.given)
         condition = _claims(script, subject.given, script.assumption)
         if not event or condition is None:
             return ()
-        belief = belief_over("P", subject.about, subject.given, length)
+        belief = belief_over("P", subject, length)
         values = evaluate(script.world, script.frames, belief, range(length + 1))
         label, claim = sentence(event, condition)
         if condition and condition in plain:
             claim = ""  # viewers are asked to believe the condition, and then it goes without it
-        hue = HUES[len(found)]
-        found.append(Series(label, np.asarray(values, float), hue, claim=claim))
+        hue, audience = HUES[len(found)], script.audience_of(subject.viewers).name
+        label = f"{audience}: {label}" if named else label
+        found.append(Series(label, np.asarray(values, float), hue, claim=claim, audience=audience))
     return tuple(found)
 
 
 # --------------------------------------------------------------------------------------- in words
 
 
-def _statements(panel: Panel, t: int) -> list[tuple[str, str]]:
-    """What viewers think of what a panel shows: how sure they are, and of what."""
+class _Said(NamedTuple):
+    """What an audience thinks: how sure it is, and of what; where that is one claim among others,
+    the claim; and how much it is believed, in brackets."""
+
+    audience: str
+    verb: str
+    clause: str
+    claim: str = ""
+    share: str = ""
+
+
+def _statements(panel: Panel, t: int) -> list[_Said]:
+    """What viewers think of what a panel shows."""
     if panel.kind == "value":
         return [_fortune(series, t) for series in panel.series]
     named = [s for s in panel.series if s.claim]
     if not panel.question:
-        return [_degree(s.claim, float(s.values[t])) for s in named]
+        return [_degree(s, float(s.values[t])) for s in named]
     first, *others = sorted(named, key=lambda s: -s.values[t])
     p = float(first.values[t])
     if others and p - others[0].values[t] < UNSURE:
-        return [("cannot tell", panel.question)]
-    return [(_verb(p), f"that {first.claim} ({percent(p)})")]
+        return [_Said(first.audience, "cannot tell", panel.question)]
+    share = f" ({percent(p)})"
+    return [_Said(first.audience, _verb(p), f"that {first.claim}", share=share)]
+
+
+def _those(audience: str) -> str:
+    """Whose belief a caption speaks of: `viewers`, `the friend`."""
+    return audience if audience == VIEWERS else f"the {audience}"
+
+
+def _agreeing(audience: str, verb: str) -> str:
+    """A verb as the name of an audience wants it: one that ends in `s` is taken for several."""
+    if audience.endswith("s"):
+        return verb
+    return _OF_ONE.get(verb, verb)
+
+
+_OF_ONE = {
+    "are sure": "is sure",
+    "think": "thinks",
+    "rather think": "rather thinks",
+    "do not think": "does not think",
+    "rather doubt": "rather doubts",
+}
+_AGAIN = {
+    "are sure": " of it",
+    "think": " so",
+    "rather think": " so",
+    "do not think": " so",
+    "rather doubt": " it",
+    "cannot tell": "",
+}
+"""How a claim is said that another audience was just said to think of."""
 
 
 def _verb(p: float) -> str:
     return "are sure" if p >= SURE else "think" if p >= LIKELY else "rather think"
 
 
-def _degree(claim: str, p: float) -> tuple[str, str]:
+def _degree(series: Series, p: float) -> _Said:
     """How much viewers believe something for itself."""
+    claim, share = series.claim, f" ({percent(p)})"
     if abs(p - 0.5) < UNSURE:
-        return "cannot tell", f"whether {claim}"
+        return _Said(series.audience, "cannot tell", f"whether {claim}", claim)
     verb = _verb(p) if p > 0.5 else "do not think" if p < 1 - LIKELY else "rather doubt"
-    return verb, f"that {claim} ({percent(p)})"
+    return _Said(series.audience, verb, f"that {claim}", claim, share)
 
 
-def _fortune(series: Series, t: int) -> tuple[str, str]:
+def _fortune(series: Series, t: int) -> _Said:
     """How things look for somebody, measured by the best and the worst of the story."""
     low, high = float(np.nanmin(series.values)), float(np.nanmax(series.values))
     here = float(series.values[t])
     share = (here - low) / (high - low) if high > low else 0.5
     how = "bad" if share < 1 / 3 else "good" if share > 2 / 3 else "fair"
     number = (f"{here:.0f}" if abs(here) >= 100 else f"{here:.3g}").replace("-", "−")
-    return "think", f"that things look {how} for {series.label} (value {number})"
+    who = series.label.removeprefix(f"{series.audience}: ")
+    clause = f"that things look {how} for {who} (value {number})"
+    return _Said(series.audience, "think", clause)
 
 
 # ------------------------------------------------------------------------------------------ turns

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.render.fonts import families, lacked, quiet_glyphs
 from i2pdsl.render.lettering import units
 from i2pdsl.render.raster import text_width
@@ -67,7 +68,7 @@ class Series:
     """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb.
 
     `steps`: it is 1 or 0 in each frame, and nothing in between. `claim`: what those think who
-    believe it, as a sentence.
+    believe it, as a sentence; `audience`: who they are.
     """
 
     label: str
@@ -75,6 +76,7 @@ class Series:
     color: str
     steps: bool = False
     claim: str = ""
+    audience: str = VIEWERS
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float64)

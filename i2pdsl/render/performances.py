@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from i2pdsl.render.files import EXPORTS, FORMATS, PictureFiles, printable
+from i2pdsl.render.files import EXPORTS, PictureFiles, printable
 from i2pdsl.render.mind import PALETTE, PANELS_MAX, Panel, Series, Window
 from i2pdsl.render.video import Progress, Times, padded, shown_times, write_film
 
@@ -119,7 +119,6 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         usual: of a film by its suffix, pictures a second, and how wide it is: of one, of several.
     """
 
-    offered = tuple(each for each in FORMATS if each not in EXPORTS)
     usual: ClassVar[dict[str, tuple[float, tuple[int, int]]]] = {
         ".mp4": (25, (800, 1280)),
         ".webm": (25, (800, 1280)),
@@ -134,6 +133,7 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
         self.title = printable(title or " · ".join(p.title for p in self.performances))
         if self.several:
             self.names = ("together",) * 3
+            self.offered = tuple(each for each in self.offered if each not in EXPORTS)
 
     def compared(self) -> tuple[Panel, ...]:
         """The curves that the performances have in common, side by side."""
@@ -147,6 +147,12 @@ class PerformancePictures(PictureFiles, ABC, Generic[P]):
     @abstractmethod
     def film_frames(self, times: Times, width: int) -> Iterator[np.ndarray]:
         """The film's pictures at some times, in frames (`side_by_side`)."""
+
+    @property
+    def clock(self) -> tuple[np.ndarray, np.ndarray]:
+        """How long each frame lasts and how long its end is held, [T] seconds each."""
+        last = max(p.frames for p in self.performances)
+        return np.full(last, self.seconds / self.look.pace), np.zeros(last)
 
     @cached_property
     def panels(self) -> tuple[Panel, ...]:

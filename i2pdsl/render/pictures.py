@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from i2pdsl.errors import error, whole_file
 from i2pdsl.render.drawing import Drawing
 from i2pdsl.render.files import FilmLook, PictureFiles
+from i2pdsl.render.reasons import account_of
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kind import Spec
 from i2pdsl.worlds.kinds import drawing_of
@@ -28,6 +29,7 @@ def pictures_of(
     pictures = drawing_for(scripts[0].world.spec).pictures(scripts, title)
     if len(scripts) == 1:
         pictures.wishes = scripts[0].wishes
+        pictures.explained = lambda: account_of(scripts[0].shown())
     if look is not None:
         if look.transparent and not pictures.can_be_transparent:
             message = f"films of {scripts[0].world.name} cannot be transparent"

@@ -17,13 +17,15 @@ from i2pdsl.worlds.find import find_spec
 from i2pdsl.worlds.kinds import kind_of
 
 _WORD = re.compile(r"[^\W\d]?\w*$")
+_STATEMENTS = frozenset(STATEMENT_WORDS) - frozenset(COMMAND_WORDS)
 _PATHS = {"load": (".story", ".json"), "save": ()}
 
 
 def complete_line(text: str, offset: int, state: State) -> list[Completion]:
     """What can be written at a place of a line (or of several that belong together)."""
     typed = state.typed
-    around = Surroundings(typed.vocabulary, typed.module, state.program.folder, None, typed.length)
+    given = (typed.vocabulary, typed.module, state.program.folder, None, typed.length)
+    around = Surroundings(*given, typed.audiences)
     head = text[:offset].lstrip()
     skipped = len(text[:offset]) - len(head)
     first = head.split(None, 1)[0] if head else ""
@@ -46,7 +48,7 @@ def complete_line(text: str, offset: int, state: State) -> list[Completion]:
             found = [replace(c, start=offset, end=offset) for c in found]
         else:
             whole = complete(head, len(head), around, "file")
-            words_of_stories = [c for c in whole if c.text in STATEMENT_WORDS]
+            words_of_stories = [c for c in whole if c.text in _STATEMENTS]
             found += [replace(c, start=skipped, end=offset) for c in words_of_stories]
     return found + complete(text, offset, around, "expression")
 

@@ -20,8 +20,7 @@ def explain(word: str, state: State) -> str:
     """A word's signature, meaning and example. Raises StoryError for one that means nothing."""
     if not word:
         return _overview(state)
-    found = command_named(word) or word_named(word)
-    parts = [_entry(found, state)] if found is not None else []
+    parts = [_entry(found, state) for found in (command_named(word), word_named(word)) if found]
     parts += _of_the_story(word, state)
     if parts:
         return "\n\n".join(parts)
@@ -35,6 +34,7 @@ def every_word(state: State) -> set[str]:
     named = {w.name for w in (*COMMANDS, *STATEMENTS, *FORMS, *FUNCTIONS.values())}
     named |= {"then", "else", *state.typed.module.known(), *builtin_worlds()}
     named |= {*words.latents, *words.predicates, *words.characters, *words.things}
+    named |= {audience.name for audience in state.typed.audiences}
     return named | {*words.places, *words.actions, *words.events, *words.settings}
 
 
@@ -102,6 +102,12 @@ def _of_the_story(name: str, state: State) -> list[str]:
             found.append("\n".join((item.signature, *about, f"    = {body}")))
         else:
             found.append(f"let {name} = {' '.join(item.value.span.text.split())}")
+    for audience in state.typed.audiences:
+        if name == audience.name:
+            told = "the audience that needs no name"
+            if audience.span is not None:
+                told = " ".join(audience.span.text.split())
+            found.append(f"{name}\n    {told}; `P[{name}](...)` is what it believes")
     if name in builtin_worlds():
         found.append(f"world {name}\n    `i2p worlds {name}` describes it")
     return found

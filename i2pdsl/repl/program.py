@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from i2pdsl.worlds.find import Spec, find_vocabulary, vocabulary_of
 NO_OBJECTIVE = "maximize 0"  # of a story that does not say it yet
 USUAL_LENGTH = 15  # of a story that does not say it yet
 _HEAD = ("world", "length", "start", "allow")
+_NAMED_AUDIENCE = re.compile(r"audience\s+\w+\s*=")
 _ORDER = (*_HEAD, "import", "let", "pattern", "assume", "audience")
 
 
@@ -35,7 +37,8 @@ class Part:
     def name(self) -> str:
         """What it defines, or the keyword."""
         words = self.text.replace("(", " ").replace("=", " ").split()
-        return words[1] if self.keyword in ("let", "pattern") and len(words) > 1 else self.keyword
+        named = self.keyword in ("let", "pattern") or _NAMED_AUDIENCE.match(self.text)
+        return words[1] if named and len(words) > 1 else self.keyword
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ class Program:
     def with_part(self, part: Part) -> Program:
         """The story with one more statement; it replaces one that can stand only once."""
         parts = list(self.parts)
-        once = part.keyword in (*ONCE, "let", "pattern")
+        once = part.keyword in (*ONCE, "let", "pattern", "audience")
         same = [i for i, p in enumerate(parts) if once and p.name == part.name]
         if same:
             before = part.before if part.before.strip() else parts[same[0]].before

@@ -98,7 +98,8 @@ class Session(Desk):
         word = first.strip()
         if word == "exit":
             word = "quit"
-        if word in self._commands:
+        is_pin = word == "pin" and text.split(None, 2)[1:2] and "script" in text.split(None, 2)[1]
+        if word in self._commands and not is_pin:
             rest = text.lstrip()[len(first) :]
             return self._commands[word]("\n".join(map(without_comment, rest.splitlines())).strip())
         if word in STATEMENT_WORDS:
@@ -299,6 +300,16 @@ class Session(Desk):
         self.become(state, f"rewind {rest}")
         return Reply(said=(told(state),))
 
+    def on_pin(self, rest: str) -> Reply:
+        if not rest:
+            raise usage("pin", rest)
+        self.become(self.workshop.pinned(self, rest), f"pin {rest}")
+        return Reply(said=("`solve` keeps it",))
+
+    def on_unpin(self, rest: str) -> Reply:
+        self.become(self.workshop.unpinned(self, rest), f"unpin {rest}")
+        return Reply()
+
     def on_forget(self, rest: str) -> Reply:
         names = self.state.program.forgettable()
         if rest not in names:
@@ -329,6 +340,6 @@ def told(state: State) -> str:
     """A story and its script in a few words."""
     world = state.typed.world
     if state.is_owed:
-        return f"world {world}, {state.typed.length} frames; solved when it is first asked about"
+        return f"world {world}, {state.typed.frames}; solved when it is first asked about"
     count = 0 if state.path is None else len(state.path.actions)
     return f"world {world}, {count} frame{'s' * (count != 1)}"

@@ -9,11 +9,11 @@ from typing import Any
 from i2pdsl.language.check import TypedStory
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.program import Program
-from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.record import Kept, Trajectory
 
 SCORED = (  # what a script's objective depends on
-    *("world", "settings", "length", "objective", "weights", "assumption", "observers"),
-    "requirements",
+    *("world", "settings", "frames", "objective", "weights", "assumption", "audiences"),
+    *("requirements", "pins"),
 )
 SEARCHED = (*SCORED, "start", "allow", "search")  # and what a search does
 
@@ -25,11 +25,13 @@ def same_story(one: TypedStory, other: TypedStory, parts: Iterable[str] = SEARCH
 
 @dataclass(frozen=True)
 class Suggestion:
-    """Frames that could come next: the turns in words, and the longer script."""
+    """Frames that could come next: the turns in words, the longer script, its score, and the
+    story's requirements that it breaks, as they are written."""
 
     told: str
     path: Trajectory
     score: float
+    broken: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class State:
         seed: of the search.
         is_owed: a story was opened, and its script is made when it is first asked about.
         suggestions: of the last `suggest`, for this very script.
+        kept: frames that a descent shall keep; where actions have names the program says which.
     """
 
     program: Program
@@ -53,6 +56,7 @@ class State:
     seed: int = 0
     is_owed: bool = False
     suggestions: tuple[Suggestion, ...] = ()
+    kept: Kept | None = None
 
     def paid(self, solved: State) -> State:
         """The state with the script that was found since, if it owes the same one."""

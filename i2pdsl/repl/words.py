@@ -61,6 +61,18 @@ COMMANDS: tuple[Word, ...] = (
     ),
     Word("accept", "accept [NUMBER]", "adds the frames of a suggestion to the script", "accept 1"),
     Word("rewind", "rewind [FRAME]", "goes back to a frame (to the start without one)", "rewind 7"),
+    Word(
+        "pin",
+        "pin FRAMES",
+        "keeps frames of the script as they are, in what `solve` finds next",
+        "pin 1-5,9",
+    ),
+    Word(
+        "unpin",
+        "unpin [FRAMES]",
+        "lets `solve` change them again; all that is pinned without numbers",
+        "unpin 9",
+    ),
     Word("forget", "forget NAME", "removes a `let`, a `pattern` or statements", "forget maximize"),
     Word("undo", "undo", "takes the last change back", "undo"),
     Word(

@@ -10,13 +10,15 @@ import numpy as np
 
 from i2pdsl.errors import Source, Span, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
+from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.story import Requirement
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story
 from i2pdsl.progress import Bars
 from i2pdsl.render.pictures import drawing_for, pictures_of
 from i2pdsl.render.reasons import reasons_in_words
-from i2pdsl.repl.mistakes import INPUT, placed, put_into, wrong
+from i2pdsl.repl.mistakes import INPUT, placed, put_into, usage, wrong
 from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import Desk, State, Suggestion
@@ -25,7 +27,7 @@ from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task, draw_starts
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
-from i2pdsl.worlds.record import Trajectory, empty, read_record
+from i2pdsl.worlds.record import Kept, Trajectory, empty, read_record, runs_of
 from i2pdsl.worlds.world import World
 
 SHOWN = 3  # suggestions
@@ -61,7 +63,8 @@ class Workshop:
                 desk.state = state = replace(state, path=path)
             self._script = old = _script(state, world, path)
         typed = state.typed
-        return replace(old, module=typed.module, assumption=typed.assumption)
+        module, audiences = typed.module, typed.audiences
+        return replace(old, module=module, assumption=typed.assumption, audiences=audiences)
 
     def world(self, state: State) -> World:
         with Bars() as bars:
@@ -77,7 +80,7 @@ class Workshop:
         if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
-        return replace(state, path=None, score=None, is_owed=False), (gone,)
+        return replace(state, path=None, score=None, is_owed=False, kept=None), (gone,)
 
     # Files.
 
@@ -122,7 +125,7 @@ class Workshop:
         """The script that the story asks for. Raises StoryError, KeyboardInterrupt."""
         before = desk.state
         typed = before.program.check()
-        story = story_of(typed, before.program)
+        story = replace(story_of(typed, before.program), kept=before.kept)
         with Bars("searching") as bars:
             result = story.solve(seed, watch=bars.watch)
         script = result.script
@@ -173,6 +176,35 @@ class Workshop:
         frame = _frame(typed or "0", script.length, "rewind")
         path = Trajectory(script.trajectory.actions[:frame], script.trajectory.states[: frame + 1])
         return replace(desk.state, path=path, score=None, suggestions=())
+
+    def pinned(self, desk: Desk, typed: str) -> State:
+        """The session with frames of its script pinned, which stays as it is."""
+        script, state = self.script(desk), desk.state
+        frames = _frames(typed, script.length, "pin")
+        if not state.typed.vocabulary.enumerable:
+            before = state.kept.frames if state.kept is not None else ()
+            return replace(state, kept=Kept((*before, *frames), script.trajectory))
+        kind, program = kind_of(script.world.spec), state.program
+        for first, last in runs_of(frames):
+            for line in kind.kept(script.world, script.trajectory, first, last):
+                if not any(part.text == line for part in program.parts):
+                    program = program.with_part(Part("\n", line))
+        return replace(state, program=program, typed=program.understood(), suggestions=())
+
+    def unpinned(self, desk: Desk, typed: str) -> State:
+        """The session without what pins some frames, or any."""
+        state = desk.state
+        frames = set(_frames(typed, LONGEST_STORY, "unpin")) if typed else None
+        kept = state.kept if frames is not None else None
+        if kept is not None and frames is not None:
+            rest = tuple(frame for frame in kept.frames if frame not in frames)
+            kept = Kept(rest, kept.path) if rest else None
+        texts = {pin.span.text for pin in state.typed.pins if frames is None or pin.frame in frames}
+        parts = tuple(part for part in state.program.parts if part.text not in texts)
+        if kept == state.kept and len(parts) == len(state.program.parts):
+            raise wrong("unpin", typed, "nothing is pinned there", "`story` shows what is")
+        program = replace(state.program, parts=parts)
+        return replace(state, program=program, typed=program.understood(), kept=kept)
 
     def _longer(
         self, desk: Desk, script: Script, path: Trajectory, told: str
@@ -228,6 +260,7 @@ class Workshop:
         lines = [f"   {'score':>{width}}  what comes next"]
         for number, score, each in zip(range(1, SHOWN + 1), numbers, found, strict=False):
             lines.append(f"{number}  {score:>{width}}  {each.told}")
+            lines += [f"   {'':>{width}}  breaks: {text}" for text in each.broken]
         others = {2: " (the other: `accept 2`)", 3: " (the others: `accept 2`, `accept 3`)"}
         said = (f"`accept` adds the first{others.get(len(found), '')}",)
         return found, Text("\n".join(lines), found[0].told), said
@@ -263,16 +296,24 @@ class Workshop:
         world, path = script.world, script.trajectory
         with Bars("searching") as bars:
             task = Task(story.typed, world, bars.watch)
-            found = search_of(story.typed).onward(task, path, frames)
+            found = search_of(story.typed).onward(task, path, frames)[:SHOWN]
+            paths, scores = [longer for longer, _ in found], np.array([score for _, score in found])
+            broken: list[tuple[Requirement, ...]] = [()] * len(paths)
+            if paths and story.typed.requirements:
+                from i2pdsl.search.onward import without_requirements
+
+                with task.searching():
+                    told_apart = without_requirements(story.typed, world, task.objective, paths)
+                scores, broken = told_apart
         suggestions = []
-        for longer, score in found[:SHOWN]:
+        for longer, score, missed in zip(paths, scores.tolist(), broken, strict=True):
             told = kind_of(world.spec).continuation_in_words(world, longer, script.length + 1)
             if not told:
                 seen = replay(world, longer.states, longer.actions)
                 then = replace(script, trajectory=longer, frames=seen)
                 beliefs = "; ".join(map(belief_line, beliefs_at(then, len(longer.actions))))
                 told = f"[{frames} frames, then {beliefs}]"
-            suggestions.append(Suggestion(told, longer, score))
+            suggestions.append(Suggestion(told, longer, score, tuple(r.text for r in missed)))
         return tuple(suggestions)
 
 
@@ -294,7 +335,7 @@ def first_picture(world: World, story: Story) -> Trajectory:
 
 def _script(state: State, world: World, path: Trajectory) -> Script:
     """A script from its path: what viewers believe is computed here."""
-    typed = state.typed
+    typed = state.typed.of_length(len(path.actions))
     frames = replay(world, path.states, path.actions)
     score = state.score
     if score is None and typed.objective and len(path.actions) == typed.length:
@@ -323,6 +364,20 @@ def _frame(typed: str, last: int, command: str) -> int:
     if text.isdecimal() and len(text) < 10 and int(text) <= last:
         return int(text)
     raise wrong(command, text, f"expected a frame from 0 to {last}", f"`{command} {last}`")
+
+
+def _frames(typed: str, last: int, command: str) -> list[int]:
+    """`1-5,9`: the numbers of frames."""
+    found: list[int] = []
+    for part in typed.split(","):
+        ends = [text.strip() for text in part.split("-")]
+        if len(ends) > 2 or not all(text.isdecimal() and len(text) < 10 for text in ends):
+            raise usage(command, typed)
+        if not 1 <= int(ends[0]) <= int(ends[-1]) <= last:
+            message = f"expected frames from 1 to {last}"
+            raise wrong(command, typed, message, f"`{command} {last}`")
+        found.extend(range(int(ends[0]), int(ends[-1]) + 1))
+    return found
 
 
 def _written(value: object) -> str:

@@ -200,7 +200,7 @@ def _search(
 ) -> tuple[Array, Array]:
     """The score [M] and actions [M, T] of the script that has each place in the end."""
     pool = jax.vmap(partial(root, world, objective, tables, params))(starts)
-    return grown(world, objective, length, events, tables, params, pool, rule)
+    return grown(world, objective, length, events, tables, params, pool, rule, params.before)
 
 
 def branching(world: World, events: tuple[int, ...]) -> int:

@@ -7,6 +7,11 @@ ends, with its state, belief and fold. Several seeds are improved side by side.
 A fall takes about as long as a window. So that no window is improved into a fall which the next
 can no longer prevent, its prefix reaches further than its changes do: for some frames more the
 controller acts alone (`lookahead`), and these frames count too.
+
+Frames of another script can be kept. Those from the first on are simply what a search goes on from.
+Of later ones what is done is fixed: it has no gradient. The states that they begin from
+cannot be, since they follow from what is done before; how far bodies are from where they were costs
+`APART` a unit, so a descent leads there as well as it can.
 """
 
 from __future__ import annotations
@@ -16,7 +21,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +36,7 @@ from i2pdsl.programs import Program, compiled_program
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import Node, follow, resume, root
-from i2pdsl.worlds.record import Trajectory, empty
+from i2pdsl.worlds.record import Kept, Trajectory, empty
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -42,6 +47,24 @@ REMEMBERED_FRAMES = 20_000
 MOST_FRAMES = 500_000
 # Frames of all seeds, windows and steps below which it takes longer to compile well than it saves.
 BRIEF_FRAMES = 10_000
+
+
+APART = 100.0  # what a unit's distance from where a kept frame was costs, of the score
+
+
+class _Kept(NamedTuple):
+    """Frames that are kept, of N frames and one more (the start), padded.
+
+    Attributes:
+        fixed: [N] whether what is done in the frame after each is kept, and `actions` [N, m] it.
+        wanted: [N] whether the positions after each are.
+        positions: [N, n] the positions.
+    """
+
+    fixed: Array
+    actions: Array
+    wanted: Array
+    positions: Array
 
 
 @dataclass(frozen=True)
@@ -81,6 +104,7 @@ def descend(
     so_far: Trajectory | None = None,
     frames: int | None = None,
     start: np.ndarray | None = None,
+    kept: Kept | None = None,
 ) -> Descended:
     """Searches from the controller's own motion and `plan.noise`. Ctrl-C ends it early with what
     was found: the rest of the script is then the controller's own motion.
@@ -91,11 +115,13 @@ def descend(
         so_far: a script to go on from, instead of the first state; it is part of what is returned.
         frames: how many to add to it; without it, all that are missing.
         start: the first state, unless there is a script; usually the first that there is.
+        kept: frames of a script to keep; instead of `so_far`.
 
     Raises KeyboardInterrupt if it is interrupted before anything was found, StoryError where the
     plan needs too much memory.
     """
-    ready = prepare_descent(world, objective, length, plan, say, so_far, start)
+    so_far = so_far or (None if kept is None else _prefix(kept))
+    ready = prepare_descent(world, objective, length, plan, say, so_far, start, kept)
     window, stride = ready.window.length, ready.window.stride
     done = 0 if so_far is None else len(so_far.actions)
     end = length if frames is None else min(length, done + frames)
@@ -104,7 +130,7 @@ def descend(
     guesses = world.guesses(length + window, plan.seeds, plan.noise, seed, begun.states[-1])
     changes = guesses.astype(np.float32)
     nodes, guess = ready.nodes, changes[:, :window]
-    fixed = (ready.tables, ready.params, ready.knobs)
+    fixed = (ready.tables, ready.params, ready.knobs, ready.kept)
     actions = [np.repeat(begun.actions[None].astype(np.float32), plan.seeds, axis=0)]
     states = [np.repeat(begun.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
@@ -114,9 +140,9 @@ def descend(
             improved = ready.program.run(*fixed, nodes, guess)
             nodes, better, more, bad = jax.device_get(improved)
             first = number * stride
-            kept = min(end - done - first, window) if number == windows - 1 else stride
+            stays = min(end - done - first, window) if number == windows - 1 else stride
             # Both at once: an interrupt finds as many actions as states.
-            actions, states = [*actions, better[:, :kept]], [*states, more[:, :kept]]
+            actions, states = [*actions, better[:, :stays]], [*states, more[:, :stays]]
             fresh = changes[:, first + window : first + window + stride]
             guess = np.concatenate([better[:, stride:], fresh], axis=1)
             spoilt += int(bad.sum())
@@ -141,8 +167,8 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Descent:
-    """A descent that is ready to run: `program` of the tables, parameters, knobs, nodes (where all
-    seeds are) and the changes that a window begins with.
+    """A descent that is ready to run: `program` of the tables, parameters, knobs, what is kept (or
+    None), nodes (where all seeds are) and the changes that a window begins with.
 
     `seconds` is the time spent on tracing and compiling.
     """
@@ -151,6 +177,7 @@ class Descent:
     tables: Any
     params: Params
     knobs: Array
+    kept: _Kept | None
     nodes: Node
     window: _Window
     seconds: float
@@ -164,6 +191,7 @@ def prepare_descent(
     say: Callable[[str], None] | None = None,
     so_far: Trajectory | None = None,
     start: np.ndarray | None = None,
+    kept: Kept | None = None,
 ) -> Descent:
     """Compiles the improvement of one window, or finds it in the cache.
 
@@ -187,20 +215,57 @@ def prepare_descent(
     how = (plan.optimiser, plan.steps, bound)
 
     def improve(*given: Any) -> Any:
-        tables, params, knobs, nodes, guess = given
+        tables, params, knobs, kept, nodes, guess = given
         one = partial(
-            _improve, world, objective, length, shape, how, plan.seeds, tables, params, knobs
+            _improve, world, objective, length, shape, how, plan.seeds, tables, params, knobs, kept
         )
         return jax.vmap(one)(nodes, guess)
 
     rules = world.program_key(())
     key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
-    arguments = (tables, params, knobs, nodes, guess)
+    to_keep = None if kept is None else _to_keep(kept, length + seen)
+    arguments = (tables, params, knobs, to_keep, nodes, guess)
     work = plan.seeds * seen * plan.steps * (1 + max(0, length - window) // stride)
     brief = work < BRIEF_FRAMES
     program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say, brief)
-    return Descent(program, tables, params, knobs, nodes, shape, time.perf_counter() - began)
+    spent = time.perf_counter() - began
+    return Descent(program, tables, params, knobs, to_keep, nodes, shape, spent)
+
+
+def _prefix(kept: Kept) -> Trajectory | None:
+    """The frames that are kept from the first on."""
+    first, last = kept.runs[0]
+    if first > 1:
+        return None
+    return Trajectory(kept.path.actions[:last], kept.path.states[: last + 1])
+
+
+def _to_keep(kept: Kept, size: int) -> _Kept:
+    states = kept.path.states
+    fixed, wanted = np.zeros(size, bool), np.zeros(size, bool)
+    actions = np.zeros((size, kept.path.actions.shape[1]), np.float32)
+    positions = np.zeros((size, states.shape[1] // 2), np.float32)
+    for frame in kept.frames:
+        actions[frame - 1] = kept.path.actions[frame - 1]
+        fixed[frame - 1] = wanted[frame - 1] = wanted[frame] = True
+        for number in (frame - 1, frame):
+            positions[number] = _positions(states[number])
+    return _Kept(fixed, actions, wanted, positions)
+
+
+def _positions(state: Array) -> Array:
+    """Of bodies; their velocities are the other half of a state."""
+    return state[..., : state.shape[-1] // 2]
+
+
+def apart(kept: Kept, states: np.ndarray) -> np.ndarray:
+    """How far bodies are at most from where kept frames have them, of scripts [S, T + 1, n]: the
+    mean over coordinates."""
+    numbers = sorted({number for frame in kept.frames for number in (frame - 1, frame)})
+    away = _positions(states)[:, numbers] - _positions(kept.path.states)[numbers]
+    found: np.ndarray = np.abs(away).mean(-1).max(-1)
+    return found
 
 
 def _coast(
@@ -250,12 +315,14 @@ def _improve(
     tables: Any,
     params: Any,
     knobs: Array,
+    kept: _Kept | None,
     node: Node,
     changes: Array,
 ) -> tuple[Node, Array, Array, Array]:
     """One window of one seed.
 
     Args:
+        kept: what is kept, of all frames.
         node: where the window begins.
         changes: [W, 6], what its optimisation begins with.
 
@@ -286,12 +353,31 @@ def _improve(
     shapes = jax.eval_shape(lambda: follow(world, objective, tables, params, node, changes[0]))
     nothing = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes[1])
 
+    def missed(begin: Array, states: Array) -> Array:
+        """What it costs to be elsewhere than kept frames are, from frame `begin` + 1 on."""
+        if kept is None:
+            return jnp.zeros(())
+        numbers = begin + 1 + jnp.arange(states.shape[0])
+        near = jnp.minimum(numbers, length)
+        away = jnp.abs(_positions(states) - kept.positions[near]).mean(-1)
+        return APART * jnp.where(kept.wanted[near] & (numbers <= length), away, 0.0).sum()
+
+    def with_kept(first: Array, changes: Array) -> Array:
+        """What is done from a frame on, where some of it is kept."""
+        if kept is None:
+            return changes
+        at = first + jnp.arange(changes.shape[0])
+        return jnp.where(kept.fixed[at][:, None], kept.actions[at], changes)
+
     alone = jnp.zeros((window.lookahead, *world.action_shape), changes.dtype)
+    alone = with_kept(node.number + window.length, alone)
+    changes = with_kept(node.number, changes)
 
     def loss(changes: Array) -> tuple[Array, tuple[Node, Array]]:
-        both = jnp.concatenate([changes, alone])
+        both = jnp.concatenate([with_kept(node.number, changes), alone])
         (end, last, middle), states = jax.lax.scan(frame, (node, nothing, node), both)
-        return -objective.score(tables, params, end.carry, last), (middle, states)
+        total = missed(node.number, states) - objective.score(tables, params, end.carry, last)
+        return total, (middle, states)
 
     best, (middle, states), spoilt = minimise(loss, changes, optimiser, steps, rate, bound)
     return middle, best, states[: window.length], spoilt

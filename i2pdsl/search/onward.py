@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,9 +11,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from i2pdsl.language.story import SearchPlan
+from i2pdsl.language.story import Requirement, SearchPlan, TypedStory
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
+from i2pdsl.objective.terms import all_terms
 from i2pdsl.programs import compiled_program
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.descent import descend
@@ -25,6 +26,7 @@ from i2pdsl.worlds.world import World
 Array = Any
 
 WIDTH = 32  # of the beam: so many continuations are compared
+MISSED = 1e-3  # of the score: a requirement that costs less is kept
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,34 @@ def descents(
         (Trajectory(exactly(found.actions[i]), exactly(found.states[i])), float(worth[i]))
         for i in kept
     ]
+
+
+def without_requirements(
+    story: TypedStory, world: World, objective: Objective, paths: Sequence[Trajectory]
+) -> tuple[np.ndarray, list[tuple[Requirement, ...]]]:
+    """What scripts of one length are worth as prefixes of a story whatever it requires, [S], and
+    the requirements that each has broken for good; where bodies move, those that it misses so far.
+
+    Args:
+        objective: the story's (terms.story_objective), whose compiled program serves here too.
+    """
+    first, many = len(all_terms(story)), len(story.requirements)
+    others = [i for i in range(len(objective.weights)) if not first <= i < first + many]
+    stacked = Trajectory(
+        np.stack([path.actions for path in paths]), np.stack([path.states for path in paths])
+    )
+
+    def worth(*terms: int) -> np.ndarray:
+        some = objective.alone(*terms)
+        tables, params = world.search_tables, prepared(world, some)
+        return prefix_scores(world, some, story.length, tables, params, stacked)
+
+    broken = [worth(first + i) < -MISSED for i in range(many)]
+    told = [
+        tuple(r for r, each in zip(story.requirements, broken, strict=True) if each[number])
+        for number in range(len(paths))
+    ]
+    return worth(*others), told
 
 
 def _search(

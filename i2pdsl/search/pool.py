@@ -49,11 +49,13 @@ def grown(
     params: Params,
     pool: Node,
     rule: Rule,
+    before: Array | None = None,
 ) -> tuple[Array, Array]:
     """The scores [M] and further actions [M, frames] of scripts; -inf in places not taken.
 
     Args:
         pool: what each group goes on from, in all of its places.
+        before: so many of the frames are none, at first.
     """
     places = jnp.arange(pool.state.shape[0])
     offspring = max(OFFSPRING, IN_ALL_FRAMES // frames)
@@ -64,7 +66,8 @@ def grown(
         children, values = expand(pool)  # [M, K, ...], [M, K]
         # At first a group's places are the same: each offers its share of the children.
         share = jnp.arange(values.shape[1]) % rule.width == (places % rule.width)[:, None]
-        values = jnp.where((t > 0) | share, values, -jnp.inf)
+        first = 0 if before is None else before
+        values = jnp.where((t > first) | share, values, -jnp.inf)
         parent, child = jax.lax.cond(
             rule.width == 1,
             lambda: (places, jnp.argmax(values, axis=1).astype(places.dtype)),
@@ -76,7 +79,12 @@ def grown(
         pool = Node(chosen.number, chosen.state, chosen.belief, step(carry, chosen), worth)
         return pool, (parent, chosen.action)
 
-    pool, steps = jax.lax.scan(turn, pool, jnp.arange(frames))
+    def turn_or_none(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
+        none = (pool, (places, jnp.zeros(places.shape, jnp.int32)))
+        return jax.lax.cond(t < before, lambda: none, lambda: turn(pool, t))
+
+    step_on = turn if before is None else turn_or_none
+    pool, steps = jax.lax.scan(step_on, pool, jnp.arange(frames))
     return pool.score, _traced(places, steps)
 
 
@@ -150,7 +158,7 @@ def _repeated(
     belief = jnp.maximum(frames.belief[parent, child], -40.0).reshape(len(parent), -1)
     # One number for a belief: weights without structure tell different ones apart.
     weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898)
-    carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:2])]
+    carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:3])]
     marks = jnp.concatenate([worth[:, None], (belief @ weights)[:, None], *carried], axis=1)
     repeated = jnp.zeros(len(parent), bool)
     for back in (1, 2, 3):

@@ -15,7 +15,7 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.world import World, single_precision
 
 Array = Any
 
@@ -35,7 +35,8 @@ def root(world: World, objective: Objective, tables: Any, params: Any, state: Ar
     belief = world.log_prior(tables)
     zero = jnp.zeros((), belief.dtype)
     carry = objective.init(tables, params, state)
-    return Node(jnp.zeros((), jnp.int32), state, belief, carry, zero)
+    none = jnp.zeros((), jnp.int32) if params.before is None else params.before
+    return Node(none, state, belief, carry, zero)
 
 
 def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> tuple[Frame, Array]:
@@ -186,5 +187,7 @@ def resume(
 def _padded(length: int, paths: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """Actions and states of scripts side by side, up to `length` frames."""
     missing = length - paths.actions.shape[1]
-    pad = lambda a: np.pad(a, ((0, 0), (0, missing), (0, 0))).astype(np.float32)
+    pad = lambda a: single_precision(
+        np.pad(a, ((0, 0), (0, missing), *((0, 0) for _ in a.shape[2:])))
+    )
     return pad(paths.actions), pad(paths.states)

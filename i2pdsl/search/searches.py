@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 RESCORED = 64  # of the best scripts in single precision, scored again to choose candidates
 RESCORED_FRAMES = 20_000  # of all of them together, if they are long
 
+NEAR = 0.05  # units: bodies so far from where a kept frame has them are where they were
+
 USUAL_PLACES = SearchPlan().starts * SearchPlan().width
 # Frames: the searches of shorter stories take less time, and may look longer, up to so many times.
 USUAL_LENGTH, MOST_LONGER = 15, 3
@@ -33,7 +35,7 @@ class Beam(Search):
     takes_effort = True
 
     def prepare(self, task: Task) -> Program:
-        plan, length = task.story.search, task.story.length
+        plan, length = task.story.search, task.story.room
         with task.searching():
             from i2pdsl.search.beam import prepare_beam
 
@@ -50,13 +52,14 @@ class Beam(Search):
             fresh = draw_more(allowed, starts, task.effort, seed)
             more = More(plan.starts, more_places(task), fresh)
             began = time.perf_counter()
-            given = (task.world, objective, length, starts, plan.width, task.events)
+            given = (task.world, objective, task.story.room, starts, plan.width, task.events)
             found = beam_search(*given, watch.searching, watch.say, more)
         watch.add("search", began, found.compile_seconds)
         kept = max(count, min(RESCORED if count > 1 else 8, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:kept]
         paths = [
-            extended(task.world, empty(task.world, found.starts[i]), found.actions[i]) for i in best
+            extended(task.world, empty(task.world, found.starts[i]), found.actions[i, -length:])
+            for i in best
         ]
         return Found(paths, found.finished)
 
@@ -64,7 +67,7 @@ class Beam(Search):
         with task.searching():
             from i2pdsl.search.onward import continuations
 
-            given = (task.world, task.objective, task.story.length, path, frames, task.events)
+            given = (task.world, task.objective, task.story.room, path, frames, task.events)
             found = continuations(*given, task.watch.say)
         return [(extended(task.world, path, each.actions), each.score) for each in found]
 
@@ -103,16 +106,22 @@ class Descend(Search):
     def solve(self, task: Task, seed: int, count: int) -> Found:
         watch, objective = task.watch, task.objective
         with task.searching():
-            from i2pdsl.search.descent import descend
+            from i2pdsl.search.descent import apart, descend
 
             began = time.perf_counter()
             given = (task.world, objective, task.story.length, task.story.search, seed)
-            found = descend(*given, watch.searching, watch.say, start=task.starts[0])
+            told = {"start": task.starts[0], "kept": task.kept}
+            found = descend(*given, watch.searching, watch.say, **told)
         watch.add("search", began, found.compile_seconds)
         paths = [
             Trajectory(actions.astype(float), states.astype(float))
             for actions, states in zip(found.actions, found.states, strict=True)
         ]
+        if task.kept is not None:
+            away = apart(task.kept, found.states)
+            paths = [paths[i] for i in np.flatnonzero(away <= NEAR + away.min())]
+            if watch.say is not None and away.min() > NEAR:
+                watch.say(f"in kept frames bodies are up to {away.min():.2g} units elsewhere")
         return Found(paths, found.finished)
 
     def onward(self, task: Task, path: Trajectory, frames: int) -> list[tuple[Trajectory, float]]:

@@ -15,10 +15,11 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.story import TypedStory
 from i2pdsl.objective.fold import Objective
+from i2pdsl.objective.pins import still_to_break
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import story_objective
 from i2pdsl.worlds.kind import Watch
-from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.record import Kept, Trajectory
 from i2pdsl.worlds.world import World
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 class Task:
     """A story in its world, to be searched with so many times the usual effort; for the sake of
     one of its wishes alone, if that has a number. `whole` is the objective of all its wishes, where
-    it is there already: requirements take seconds to compile."""
+    it is there already: requirements take seconds to compile. `kept` are frames of a script for a
+    descent to keep."""
 
     story: TypedStory
     world: World
@@ -37,6 +39,7 @@ class Task:
     effort: int = 1
     only: int | None = None
     whole: Objective | None = None
+    kept: Kept | None = None
 
     @cached_property
     def objective(self) -> Objective:
@@ -45,12 +48,17 @@ class Task:
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """The initial states that the story allows. Raises StoryError where there is none."""
+        """The initial states that the story allows, and from which most of what is pinned can be
+        kept. Raises StoryError where there is none."""
         allowed = allowed_starts(self.world, self.story.start)
         if not len(allowed):
             whole = whole_file(self.story.source.name)
             raise error("start", "no state of the world fulfils the `start` condition", whole)
-        return allowed
+        pins = self.objective.params.pins if self.story.pins else None
+        if pins is None:
+            return allowed
+        breaks = still_to_break(pins, 0, allowed)
+        return allowed[breaks == breaks.min()]
 
     @property
     def events(self) -> tuple[int, ...]:

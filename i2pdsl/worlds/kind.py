@@ -100,6 +100,11 @@ class Kind(ABC):
         """What is kept of its own sprites (worlds/drawings.py), by their names."""
         return {}
 
+    def imagined_otherwise(self, spec: Any) -> Any | None:
+        """The same world as viewers may also think that it works, for a wide panel
+        (objective/panel.py); None where there is nothing of that kind to doubt."""
+        return None
+
     @abstractmethod
     def vocabulary(self, spec: Any) -> Vocabulary:
         """What the language can say of it."""
@@ -172,6 +177,11 @@ class Kind(ABC):
 
         Raises StoryError.
         """
+
+    def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
+        """Statements that pin frames `first`..`last` of a script as they are; none where actions
+        have no names."""
+        return []
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """The columns of a table of frames 0..T beside those of the world's quantities: values and

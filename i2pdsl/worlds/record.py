@@ -113,6 +113,30 @@ class Trajectory:
         return self.states[0]
 
 
+@dataclass(frozen=True)
+class Kept:
+    """Frames of a script that another shall have too, where actions have no names: from 1 on."""
+
+    frames: tuple[int, ...]
+    path: Trajectory
+
+    @property
+    def runs(self) -> list[tuple[int, int]]:
+        """The first and last frame of each stretch of neighbours."""
+        return runs_of(self.frames)
+
+
+def runs_of(frames: Sequence[int]) -> list[tuple[int, int]]:
+    """The first and last number of each stretch of neighbours."""
+    found: list[tuple[int, int]] = []
+    for frame in sorted(set(frames)):
+        if found and found[-1][1] == frame - 1:
+            found[-1] = (found[-1][0], frame)
+        else:
+            found.append((frame, frame))
+    return found
+
+
 def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray) -> Trajectory:
     """A path with more actions [k, ...] and the states that they lead to."""
     states = [np.asarray(path.states[-1])]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 
-from i2pdsl.language.typed import Turn
+from i2pdsl.language.typed import Act, Drop, Turn
 from i2pdsl.language.vocabulary import Vocabulary
 
 Array = Any
@@ -20,10 +20,12 @@ Tables = Any
 
 @dataclass(frozen=True)
 class Viewer:
-    """One observer of a world: the world as he believes it works, and his prior [H] or None."""
+    """One observer of a world: the world as he believes it works, his prior [H] or None, and the
+    hypotheses [H] that are left by what he knows, or None."""
 
     spec: Any
     prior: tuple[float, ...] | None = None
+    known: tuple[bool, ...] | None = None
 
 
 class Branches(NamedTuple):
@@ -91,13 +93,20 @@ class World(Protocol):
         """The belief before anything moved: [O, H]."""
 
     def forgetting(self, tables: Tables) -> Array:
-        """The share of belief that is reassigned after each observed action: [O]."""
+        """The share of belief that is reassigned after each observed action: [O], or [O, H] as
+        `forgetting_of` has it."""
 
     def all_states(self, tables: Tables) -> Array:
         """Every state, [S]."""
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
+
+    def is_turn(
+        self, tables: Tables, before: Array, action: Array, turn: tuple[Act | None, ...] | Drop
+    ) -> Array:
+        """Whether an action from a state is a turn, in which of a character with None anything is;
+        a move that fails must have been possible."""
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """The checker's arguments of a predicate in the world's own numbers."""
@@ -179,7 +188,7 @@ class World(Protocol):
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> World:
         """The world before other viewers, without planning anew: to whom all characters seem to
         prefer their best actions `sharpness` times as much as to the viewers that it has, and
-        with [O] and [O, H] of their own."""
+        with `forgetting` and `log_prior` of their own."""
 
 
 def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
@@ -189,6 +198,21 @@ def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
     with np.errstate(divide="ignore"):
         logs: np.ndarray = np.log(np.array(priors))
     return logs
+
+
+def forgetting_of(observers: Sequence[Any], shares: Sequence[float] | np.ndarray) -> np.ndarray:
+    """How much each of the observers (or viewers) forgets, [O]; where one of them knows something,
+    [O, H]: 0 under the hypotheses that he knows to be false, for he does not forget that.
+
+    Args:
+        shares: for each of them, or [O, H].
+    """
+    shares = np.asarray(shares, float)
+    if all(observer.known is None for observer in observers):
+        return shares
+    known = next(o.known for o in observers if o.known is not None)
+    left = np.array([o.known or (True,) * len(known) for o in observers])
+    return np.where(left, shares if shares.ndim == 2 else shares[:, None], 0.0)
 
 
 def on_device(tables: Tables) -> Tables:
@@ -256,6 +280,9 @@ class ContinuousWorld:
         raise NotImplementedError("nothing happens but what characters do")
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> NoReturn:
+        raise NotImplementedError("actions have no names")
+
+    def is_turn(self, tables: Tables, before: Array, action: Array, turn: Any) -> NoReturn:
         raise NotImplementedError("actions have no names")
 
     def turns(self, tables: Tables, state: Array) -> NoReturn:

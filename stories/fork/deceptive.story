@@ -7,8 +7,6 @@ start at(robot, (4, 4))
 # more than 0.3 it hurries to the left door and the feint is lost.
 maximize deceptive(robot, G_robot = left, G_robot = right, scale = 0.3)
 
-search beam(width = 100)
-
 # expect mean_{t in 1..7} P(G_robot = right | script[:t]) >= 0.9
 # expect [at(robot, left) @ script[T]] >= 1
 # expect assume nothing: mean_t P(R_robot | script[:t]) >= 0.8

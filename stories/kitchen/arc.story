@@ -7,10 +7,7 @@ allow deus(table)
 let tide = sin(t/T * 3*pi)
 let fortune = E[V(robot) | script[:t]]
 
-maximize arc(robot, scale = 0.05)
-
-# A greedy search follows the arc at the cost of sense; a beam keeps both.
-search beam(starts = 60, width = 20, polish = 0)
+maximize arc(robot, scale = 0.1)
 
 # expect (mean_t (tide * fortune) - (mean_t tide) * (mean_t fortune)) / sqrt((mean_t tide^2 - (mean_t tide)^2) * (mean_t fortune^2 - (mean_t fortune)^2)) >= 0.6
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.97

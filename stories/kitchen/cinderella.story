@@ -7,8 +7,6 @@ let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 maximize cinderella(cheese, G_cheese = pink, scale = 0.08)
 maximize depict(G_cheese = pink)
 
-search beam(starts = 200, width = 20, polish = 0)
-
 # expect mean_{t in 7..9} fortune - mean_{t in 1..3} fortune >= 8
 # expect mean_{t in 7..9} fortune - mean_{t in 15..17} fortune >= 5
 # expect mean_{t in 22..24} fortune - mean_{t in 15..17} fortune >= 2

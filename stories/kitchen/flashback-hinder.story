@@ -6,8 +6,6 @@ let shown = script ++ [cheese: stay, robot: east]
 
 maximize flashback(rho < 0, shown, pushes(robot, cheese))
 
-search beam(starts = 500, width = 100, polish = 0)
-
 # expect mean_{t in 1..T+1} P(rho < 0 | shown[:t]) >= 0.995
 # expect [pushes(robot, cheese) @ shown[T+1]] >= 1
 # expect still <= 0.25

@@ -4,10 +4,8 @@ length 24
 
 let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 
-maximize icarus(cheese, G_cheese = pink, scale = 0.05)
+maximize icarus(cheese, G_cheese = pink, scale = 0.08)
 maximize depict(G_cheese = pink)
-
-search beam(starts = 200, width = 20, polish = 0)
 
 # expect mean_{t in 11..13} fortune - mean_{t in 1..3} fortune >= 8
 # expect mean_{t in 11..13} fortune - mean_{t in 22..24} fortune >= 35

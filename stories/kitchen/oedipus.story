@@ -5,10 +5,8 @@ start at(cheese, pink)
 
 let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 
-maximize oedipus(cheese, G_cheese = pink, scale = 0.05)
+maximize oedipus(cheese, G_cheese = pink, scale = 0.08)
 maximize depict(G_cheese = pink)
-
-search beam(starts = 100, width = 20, polish = 0)
 
 # expect mean_{t in 1..3} fortune - mean_{t in 7..9} fortune >= 12
 # expect mean_{t in 15..17} fortune - mean_{t in 7..9} fortune >= 8

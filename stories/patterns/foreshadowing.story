@@ -13,5 +13,5 @@ pattern foreshadowing(event, hint = T/4, comes = 3/4 * T, wish = 1 = 1, steady =
            then 4 * P(event | script[:t], wish) * (1 - P(event | script[:t], wish))
            else P(event | script[:t], wish))
     + max_t (if t <= comes then contact else 0) + max_t (if t > comes then contact else 0)
-    - steady * sum_t (if abs(t - comes - 1) <= 1
+    - steady * sum_t (if comes <= t and t - 2 <= comes
                       then KL(others(event); script[:t-1] || script[:t]) else 0)

@@ -8,5 +8,5 @@
 pattern red_herring(event, dropped = 2/3 * T, wish = 1 = 1, steady = 0.5, contact = 0) =
     sum_t (if t <= dropped then P(event | script[:t], wish) else 1 - P(event | script[:t], wish))
     + max_t (if t <= dropped then contact else 0) + max_t (if t > dropped then contact else 0)
-    - steady * sum_t (if abs(t - dropped - 1) <= 1
+    - steady * sum_t (if dropped <= t and t - 2 <= dropped
                       then KL(others(event); script[:t-1] || script[:t]) else 0)

@@ -9,5 +9,5 @@
 pattern twist(before, after, turn = T/2, wish = 1 = 1, steady = 0.5, contact = 0) =
     sum_t (if t <= turn then P(before | script[:t], wish) else P(after | script[:t], wish))
     + max_t (if t <= turn then contact else 0) + max_t (if t > turn then contact else 0)
-    - steady * sum_t (if abs(t - turn - 1) <= 1
+    - steady * sum_t (if turn <= t and t - 2 <= turn
                       then KL(others(before, after); script[:t-1] || script[:t]) else 0)

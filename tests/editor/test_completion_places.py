@@ -133,12 +133,12 @@ EXACT = {
     # Statements and their settings.
     "world ¦": "desk fork hill house kitchen maze meadow pasture porters",
     "audience ¦": "bayesian average",
-    "audience bayesian(¦": "beta forgetting level0 prior",
-    "audience bayesian(beta = 1, ¦": "forgetting level0 prior",
+    "audience bayesian(¦": "beta forgetting given level0 prior",
+    "audience bayesian(beta = 1, ¦": "forgetting given level0 prior",
     "audience bayesian(beta = ¦": "2",
     "audience bayesian(level0 = ¦": "uniform costs",
     "audience average(¦": "bayesian average",
-    "audience average(bayesian(¦": "beta forgetting level0 prior",
+    "audience average(bayesian(¦": "beta forgetting given level0 prior",
     "search ¦": "beam naive",
     "search beam(¦": "polish starts width",
     "search beam(starts = ¦": "500",
@@ -229,6 +229,29 @@ def test_these_words_are_offered_and_those_are_not(place: str) -> None:
     found = words(offered(place))
     assert required <= found
     assert not forbidden & found
+
+
+NAMED = "audience insider = bayesian(given = G_cheese = pink)\n"
+
+
+def test_audiences_are_offered_where_a_belief_can_name_them() -> None:
+    def found(marked: str) -> set[str]:
+        return {c.text for c in offered(marked, KITCHEN + NAMED)}
+
+    for marked in ("maximize P[¦", "maximize sum_t entropy[¦", "maximize shared_secret(¦"):
+        assert found(marked) >= {"insider", "viewers"}
+        assert not found(marked) & {"rho", "P"}
+    assert found("maximize E[¦") >= {"insider", "rho", "V"}
+    assert "insider" not in found("maximize E[rho + ¦")
+    assert found("maximize P[insider](¦") >= {"rho", "G_cheese", "not"}
+    assert "[" in found("maximize P¦")
+    assert "[" not in {c.text for c in offered("maximize P¦")}
+    assert found("maximize E[insider][¦") >= {"V", "rho"}
+    assert found("maximize E[insider][rho | ¦") >= {"script"}
+    assert found("audience other = ¦") == {"bayesian", "average"}
+    assert found("audience other = bayesian(given = ¦") >= {"rho", "G_cheese", "not"}
+    assert "=" in found("audience other ¦")
+    assert "insider" not in found("maximize ¦")
 
 
 def signs(marked: str) -> set[str]:
@@ -386,3 +409,15 @@ def test_what_is_asked_of_all_frames_needs_no_frame() -> None:
     assert {"@", "]"} <= found("require [moved(robot)")
     assert found("require [moved(robot)] bef") == {"before"}
     assert {"when"} <= found("maximize twist(rho > 0, rho < 0, turn = ")
+
+
+def test_pins() -> None:
+    def found(line: str) -> set[str]:
+        text = f"world kitchen\n{line}"
+        around = surroundings(Source("x.story", text), None, find_vocabulary)
+        return {c.text for c in complete(text, len(text), around)}
+
+    assert "script" in found("pin ")
+    assert {"at", "moved"} <= found("pin script[4]: ")
+    assert {"cheese", "robot"} <= found("pin script[4] = [")
+    assert "south" in found("pin script[4] = [robot: ")

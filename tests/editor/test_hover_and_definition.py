@@ -34,6 +34,8 @@ maximize [pushes(robot, cheese) @ script[T]] + arc(who = cheese, scale = 1)
 search beam(starts = 3)
 let table = P(G_cheese, rho | script[:t, cheese])
 let moves = next(robot | script[:t])
+audience friend = bayesian(given = G_cheese = pink)
+let secret = P[friend](kind | script[:t])
 """
 AROUND = surroundings(Source("tale.story", STORY), ROOT / "nowhere", find_vocabulary)
 
@@ -86,6 +88,9 @@ TYPES = {  # the word in the story: its kind, its signature, its type
     ("pink", 1): ("place", "(1, 1)", ""),
     ("event", 1): ("parameter", "event", ""),
     ("over = shown", 1): ("argument", "over = script", ""),
+    ("friend]", 1): ("audience", "audience friend = bayesian(given = G_cheese = pink)", ""),
+    ("P[friend]", 1): ("form", "P(event | script[:k], condition, ...)", "number over t"),
+    ("given", 1): ("setting", "given = EVENT", ""),
     ("maximize", 1): ("keyword", "maximize EXPRESSION", ""),
     ("++", 1): ("operator", "script ++ [who: action, ...]", ""),
 }
@@ -135,6 +140,7 @@ def test_definitions() -> None:
 
     assert where("kind", 2) == ("tale.story", 6)
     assert where("shown", 2) == ("tale.story", 5)
+    assert where("friend]") == ("tale.story", 17)
     assert where("show(", 2) == ("tale.story", 11)
     assert where("event", 2) == ("", 11)
     assert where("over[") == ("", 11)

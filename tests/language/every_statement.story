@@ -1,7 +1,7 @@
 import depict
 import "stories/patterns"
 world kitchen(beta = 1.5)
-length 12
+length 11..12
 start absent(table)
 allow deus(table)
 let shown = script ++ [cheese: stay, robot: east]
@@ -26,3 +26,6 @@ search beam(starts = 100, width = 2)
 require never [moved(robot)] and when [moved(cheese)] < 3
 require [moved(cheese)] before [adjacent(robot, cheese)]
 require eventually [moved(cheese)]
+pin script[4] = [robot: south]
+pin script[8..T]: at(robot, pink) and moved(cheese)
+maximize beats(depict(rho > 0), sum_t P(rho < 0 | script[:t]))

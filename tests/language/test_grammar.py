@@ -225,13 +225,13 @@ def test_every_statement() -> None:
     assert [type(s).__name__ for s in program.statements] == [
         *("Import", "Import", "World", "LengthIs", "Start", "Allow", "Let", "Pattern", "Pattern"),
         *("Objective", "Objective", *["Weight"] * 5, "Assume", "Audience", "Search"),
-        *("Require", "Require", "Require"),
+        *("Require", "Require", "Require", "Pin", "Pin", "Objective"),
     ]
     patterns = program.of(ast.Pattern)
     assert patterns[0].documentation == "Two lines\nof documentation."
     assert patterns[0].signature == "rise(event, over = script, slope = 1 / T)"
     assert patterns[1].documentation == ""
-    assert [o.sign for o in program.of(ast.Objective)] == [1, -1]
+    assert [o.sign for o in program.of(ast.Objective)] == [1, -1, 1]
     assert program.of(ast.World)[0].settings[0].name.id == "beta"
 
 

@@ -31,6 +31,7 @@ STANDARD = {
     "red_herring": "event event, dropped frame",
     "reveal": "event event, moment frame",
     "riches_to_rags": "who character, scale number, steady number",
+    "shared_secret": "friend audience, foe audience, event event",
     "surprising": "event event",
     "suspenseful": "latent latent",
     "twist": "before event, after event, turn frame",

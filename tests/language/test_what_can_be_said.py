@@ -113,7 +113,7 @@ def test_every_statement_is_right() -> None:
     assert checked.settings == (("beta", 1.5),)
     assert checked.allow == (("deus", "table"),)
     assert checked.start == ty.Feature("absent", (2,), None)
-    assert [sign for sign, _ in checked.objective] == [1, -1]
+    assert [sign for sign, _ in checked.objective] == [1, -1, 1]
     assert checked.weights == Weights(0.5, 0.0, 0.2, 1.0, 0.05)
     assert len(checked.observers) == 2
     assert checked.observers[0].settings == (("beta", 1.0),)

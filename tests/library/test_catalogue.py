@@ -13,7 +13,7 @@ import pytest
 from libraries_for_tests import Forgery
 from PIL import Image
 
-from commands_for_tests import Run
+from commands_for_tests import Run, on_a_terminal
 from i2pdsl.commands.patterns import open_library
 from i2pdsl.library.examples import gallery_files
 
@@ -93,33 +93,75 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def write(place: Path, i2p: Run, *more: str) -> dict[str, Any]:
     done = i2p("patterns", place / "sides.i2plib", "--page", place / "book", "--world", "fork",
-               "--json", *more)  # fmt: skip
+               "--json", "--seeds", "1", *more)  # fmt: skip
     assert done.status == 0, done.err
     return json.loads(done.out)
 
 
-def test_the_page(place: Path, i2p: Run) -> None:
+def pages(folder: Path) -> dict[str, Page]:
+    """The pages of a catalogue, by name."""
+    return {p.stem: Page(p.read_text(encoding="utf-8")) for p in sorted(folder.glob("*.html"))}
+
+
+def test_the_pages(place: Path, i2p: Run) -> None:
     said = write(place, i2p)
     assert (said["patterns"], said["examples"], said["failed"]) == (3, 3, {})
-    text = (place / "book" / "index.html").read_text(encoding="utf-8")
-    page = Page(text)
-    assert {"side", "other", "grid_only", "top"} <= set(page.ids)
+    found = pages(place / "book")
+    assert list(found) == ["beliefs", "index", "questions"]
+    assert {"side", "other", "top"} <= set(found["beliefs"].ids)
+    assert {"grid_only", "top"} <= set(found["questions"].ids)
+    contents = found["index"]
+    assert "A side is taken: <b>viewers</b> & all believe the event" in contents.words
+    assert {"beliefs.html#side", "questions.html#grid_only"} <= set(contents.links)
+    for page in found.values():
+        for link in page.links:
+            assert not re.match(r"[a-z]+:|//", link), "nothing from outside"
+            name, _, anchor = link.partition("#")
+            assert not name or (place / "book" / name).is_file(), link
+            if anchor:
+                assert anchor in found[name.removesuffix(".html")].ids if name else page.ids
+    page = found["beliefs"]
     assert "A side is taken: <b>viewers</b> & all believe the event." in page.words
     assert "what it counts." in page.words
     assert "After Nobody 2026, DOI 10.1000/1." in page.words
     assert "import sides" in page.words
     assert "# expect" not in page.words
-    assert "not hill: suspense looks one frame ahead" in page.words
-    for link in page.links:
-        assert not re.match(r"[a-z]+:|//", link), "nothing from outside"
-        if link.startswith("#"):
-            assert link[1:] in page.ids
-        else:
-            assert (place / "book" / link).is_file(), link
-    for name in ("side-fork", "other-fork", "grid_only-fork"):
+    assert "not hill: suspense looks one frame ahead" in found["questions"].words
+    for name in ("side-fork", "other-fork"):
         assert f"pictures/{name}.html" in page.links
-    assert "url(" not in text
-    assert "@import" not in text
+    for path in (place / "book").glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert "url(" not in text
+        assert "@import" not in text
+
+
+def test_of_several_seeds_the_panel_chooses(
+    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Among equal scores the panel's mean decides, and what is far behind comes last."""
+    from dataclasses import replace
+
+    from i2pdsl.objective.panel import Judgement
+    from i2pdsl.pipeline import Story
+
+    real, seen = Story.solve, []
+    means = {0: 1.0, 1: 3.0, 2: 9.0}
+
+    def solve(self: Story, seed: int = 0, **more: Any) -> Any:
+        found = real(self, 0, **more)
+        score = found.score * (0.5 if seed == 2 else 1)
+        seen.append(seed)
+        scripts = tuple(replace(s, record=replace(s.record, score=score)) for s in found.candidates)
+        return replace(
+            found, candidates=scripts, judgements=(Judgement(means[seed], 0.0),) * len(scripts)
+        )
+
+    monkeypatch.setattr(Story, "solve", solve)
+    done = i2p("patterns", place / "sides.i2plib", "--page", tmp_path, "--world", "fork", "--json")
+    assert done.status == 0
+    assert seen == [0, 1, 2] * 3
+    assert "panel 3<" in (tmp_path / "beliefs.html").read_text(encoding="utf-8")
+    assert "best of 3 seeds" in Page((tmp_path / "index.html").read_text(encoding="utf-8")).words
 
 
 def test_pictures_are_kept_while_they_are_right(place: Path, i2p: Run) -> None:
@@ -162,17 +204,67 @@ def test_ctrl_c_keeps_what_is_there(
     real = examples.Gallery.make
 
     def interrupted(self: Any, example: Any, bars: Any) -> Any:
+        found = pages(tmp_path)  # whole from the first moment on, with what there is
+        assert ("pictures/grid_only-fork.html" in found["questions"].links) == (
+            example.name != "grid_only-fork"
+        )
+        assert f"{int(example.name != 'grid_only-fork')} of 3 examples" in found["index"].words
+        assert "Reload the page for more" in found["index"].words
+        assert "is not made yet" in found["beliefs"].words
         if example.name == "other-fork":
             raise KeyboardInterrupt
         return real(self, example, bars)
 
     monkeypatch.setattr(examples.Gallery, "make", interrupted)
-    done = i2p("patterns", place / "sides.i2plib", "--page", tmp_path, "--world", "fork")
+    arguments = ("patterns", place / "sides.i2plib", "--page", tmp_path, "--world", "fork")
+    done = i2p(*arguments, "--seeds", "1")
     assert done.status == 130
     assert "interrupted: the page has the 1 of 3 examples made so far" in done.err
-    page = Page((tmp_path / "index.html").read_text(encoding="utf-8"))
-    assert "pictures/grid_only-fork.html" in page.links
-    assert "no example yet" in page.words
+    found = pages(tmp_path)
+    assert "pictures/grid_only-fork.html" in found["questions"].links
+    assert "no example yet" in found["index"].words
+    monkeypatch.setattr(examples.Gallery, "make", real)
+    assert json.loads(i2p(*arguments, "--seeds", "1", "--json").out)["made"] == 2
+    assert "Reload" not in pages(tmp_path)["index"].words
+
+
+def test_ctrl_c_between_seeds_shows_the_best_so_far(
+    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """It is shown, and not kept as if it were the best of all."""
+    from i2pdsl.pipeline import Story
+
+    real = Story.solve
+
+    def solve(self: Story, seed: int = 0, **more: Any) -> Any:
+        if seed:
+            raise KeyboardInterrupt
+        return real(self, seed, **more)
+
+    monkeypatch.setattr(Story, "solve", solve)
+    done = i2p("patterns", place / "sides.i2plib", "--page", tmp_path, "--world", "fork", "--json")
+    assert done.status == 130
+    assert json.loads(done.out)["examples"] == 1
+    assert not (tmp_path / "pictures" / "manifest.json").exists()
+
+
+def test_bars_say_which_example_of_how_many(place: Path, tmp_path: Path) -> None:
+    done = on_a_terminal(
+        *(
+            "patterns",
+            place / "sides.i2plib",
+            "--seeds",
+            "1",
+            "--page",
+            tmp_path,
+            "--world",
+            "fork",
+        ),
+        until="2 of 3, other-fork: ",
+    )
+    assert done.status == 130
+    assert "1 of 3, grid_only-fork: " in done.err
+    assert "interrupted: the page has the 1 of 3" in done.err
 
 
 def test_an_example_that_cannot_be_made_is_said(
@@ -185,11 +277,12 @@ def test_an_example_that_cannot_be_made_is_said(
         raise error("start", "nothing is < possible", whole_file("x"))
 
     monkeypatch.setattr(examples.Gallery, "make", fails)
-    done = i2p("patterns", place / "sides.i2plib", "--page", tmp_path, "--world", "fork")
+    done = i2p(
+        "patterns", place / "sides.i2plib", "--seeds", "1", "--page", tmp_path, "--world", "fork"
+    )
     assert done.status == 0
     assert "warning: side-fork could not be made: nothing is < possible" in done.err
-    page = Page((tmp_path / "index.html").read_text(encoding="utf-8"))
-    assert "could not be made: nothing is < possible." in page.words
+    assert "could not be made: nothing is < possible." in pages(tmp_path)["beliefs"].words
 
 
 @pytest.mark.browser
@@ -211,6 +304,8 @@ def test_in_a_browser(place: Path, i2p: Run, width: int, scheme: str) -> None:
         asked: list[str] = []
         page.on("request", lambda request: asked.append(request.url))
         page.goto((place / "book" / "index.html").as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.locator(".contents a").first.click()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         for picture in page.locator("img").all():
             picture.scroll_into_view_if_needed()
@@ -248,7 +343,9 @@ def test_a_forged_name_writes_nowhere(name: str, place: Path, tmp_path: Path, i2
         forgery.add(kind, name, "")
         library = tmp_path / "forged.i2plib"
         library.write_bytes(forgery.zipped())
-        done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+        done = i2p(
+            "patterns", library, "--seeds", "1", "--page", tmp_path / "book", "--world", "fork"
+        )
         assert done.status == 1
         assert done.err.startswith(f"{library}:1:1: error[library]: the library is damaged: ")
         assert [p.name for p in tmp_path.iterdir()] == ["forged.i2plib"]
@@ -257,18 +354,37 @@ def test_a_forged_name_writes_nowhere(name: str, place: Path, tmp_path: Path, i2
 def test_a_library_is_called_what_its_file_is(place: Path, tmp_path: Path, i2p: Run) -> None:
     library = tmp_path / "other name.i2plib"
     library.write_bytes((place / "sides.i2plib").read_bytes())
-    done = i2p("patterns", library, "--page", tmp_path / "book", "--world", "fork", "--json")
+    done = i2p(
+        "patterns",
+        library,
+        "--seeds",
+        "1",
+        "--page",
+        tmp_path / "book",
+        "--world",
+        "fork",
+        "--json",
+    )
     assert json.loads(done.out)["failed"] == {}
-    page = Page((tmp_path / "book" / "index.html").read_text(encoding="utf-8"))
-    assert "The patterns of other name" in page.words
-    assert 'import "other name.i2plib"' in page.words
+    found = pages(tmp_path / "book")
+    assert "The patterns of other name" in found["index"].words
+    assert 'import "other name.i2plib"' in found["beliefs"].words
 
 
 def test_no_link_in_the_folder_is_followed(place: Path, tmp_path: Path, i2p: Run) -> None:
     book, outside = tmp_path / "book", tmp_path / "outside"
     book.mkdir()
     outside.mkdir()
-    arguments = ("patterns", place / "sides.i2plib", "--page", book, "--world", "fork")
+    arguments = (
+        "patterns",
+        place / "sides.i2plib",
+        "--seeds",
+        "1",
+        "--page",
+        book,
+        "--world",
+        "fork",
+    )
     (book / "pictures").symlink_to(outside)
     done = i2p(*arguments)
     assert done.status == 1
@@ -276,7 +392,7 @@ def test_no_link_in_the_folder_is_followed(place: Path, tmp_path: Path, i2p: Run
     (book / "pictures").unlink()
     (book / "pictures").mkdir()
     links = [
-        book / "index.html", book / "pictures" / "manifest.json",
+        book / "index.html", book / "beliefs.html", book / "pictures" / "manifest.json",
         book / "pictures" / "side-fork.png", book / "pictures" / "side-fork.html",
     ]  # fmt: skip
     for link in links:
@@ -361,7 +477,7 @@ def test_whatever_the_list_says_nothing_gets_into_the_page(place: Path, i2p: Run
     path.write_text(json.dumps(document), encoding="utf-8")
     said = write(place, i2p)
     assert said["made"] == 0
-    text = (place / "book" / "index.html").read_text(encoding="utf-8")
+    text = (place / "book" / "beliefs.html").read_text(encoding="utf-8")
     assert "<script" not in text
     assert HOSTILE in Page(text).words
     assert "script-src 'none'" in text
@@ -377,7 +493,9 @@ def test_hostile_texts_of_a_library_are_escaped(tmp_path: Path, i2p: Run) -> Non
     )
     story = STORY.replace("# The robot", f"# {HOSTILE} </pre>\n# The robot")
     (folder / f"{name.replace('/', '')}.story").write_text(story, encoding="utf-8")
-    done = i2p("patterns", folder, "--page", tmp_path / "book", "--world", "fork", "--json")
+    done = i2p(
+        "patterns", folder, "--seeds", "1", "--page", tmp_path / "book", "--world", "fork", "--json"
+    )
     assert done.status == 0, done.err
     assert json.loads(done.out)["failed"] == {}
     for path in sorted((tmp_path / "book").rglob("*.html")):
@@ -400,7 +518,16 @@ def test_pictures_of_a_world_that_lies_in_a_folder(tmp_path: Path, i2p: Run) -> 
 def test_a_story_of_a_library_that_cannot_be_made(place: Path, tmp_path: Path, i2p: Run) -> None:
     forgery = Forgery((place / "sides.i2plib").read_bytes())
     library = tmp_path / "sides.i2plib"
-    arguments = ("patterns", library, "--page", tmp_path / "book", "--world", "fork")
+    arguments = (
+        "patterns",
+        library,
+        "--seeds",
+        "1",
+        "--page",
+        tmp_path / "book",
+        "--world",
+        "fork",
+    )
     forgery.text("door.story", STORY.replace("length 4", "length 0"))
     library.write_bytes(forgery.zipped())
     done = i2p(*arguments)

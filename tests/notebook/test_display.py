@@ -97,7 +97,7 @@ def test_a_script_shows_its_page_and_its_comic(
     assert [tag for tag, _ in reader.elements] == ["div", "img", "iframe"]
     frame = dict(reader.elements)["iframe"]
     assert frame["sandbox"] == "allow-scripts"
-    page = pictures_of([script]).save_page(tmp_path / "page.html").read_text(encoding="utf-8")
+    page = pictures_of([script]).page()
     assert frame["srcdoc"] == page
     comic = picture(data["image/png"])
     width, height = comic.size

@@ -29,7 +29,7 @@ SCRIPT = {
 
 
 def test_a_comic_has_a_panel_for_each_frame_with_number_and_caption():
-    svg = comic_svg(STAGE, SCRIPT, [0, 1, 2], ["P(x < 0) = .1", "b", "c " * 90], "A & B")
+    svg = comic_svg(STAGE, SCRIPT, [0, 1, 2], ["P(x < 0) = .1", "b", "c " * 300], "A & B")
     root = ET.fromstring(svg)
     words = [element.text for element in root.iter(f"{SVG}text")]
     for expected in ("A & B", "start", "1", "2", "P(x < 0) = .1", "b", "own steps", "pushed"):

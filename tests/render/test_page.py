@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from i2pdsl.render.grid.choreography import choreograph, sample
-from i2pdsl.render.grid.page import CELL, FOOT, frame_captions, page_html, save_page
+from i2pdsl.render.grid.film import lengths
+from i2pdsl.render.grid.page import CELL, FOOT, frame_captions, page_html
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
 from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
+from i2pdsl.render.reasons import Account, Asked, Change, Observation
 
 KITCHEN = """\
 ...#...#...
@@ -88,6 +90,23 @@ def five_panels():
 
 def curves(**values):
     return tuple(Series(name, value, PALETTE[name]) for name, value in values.items())
+
+
+def account(text="robot means to help cheese", formal=""):
+    """Reasons made up: in frame 2 two deeds, of which one changes something; in frame 5 an event;
+    frames 6 to 9 as one; and nothing else."""
+    rise = Change(text, 0.5, 0.9, f"9 times likelier if {text}", ("stay", 0.4, 0.0001))
+    fall = Change(text, 0.9, 0.3, f"{text} < others", None, is_forgotten=True)
+    return Account(
+        (Asked(text, formal, 0.5, 0.3),),
+        (
+            Observation(2, 2, f"{text} goes", 0.25, ()),
+            Observation(2, 2, "robot pushes cheese west", 0.0002, (rise,)),
+            Observation(5, 5, "table falls", None, (), is_event=True),
+            Observation(6, 9, "what is seen", None, (fall, rise)),
+        ),
+        ("likelier: `had it been`",),
+    )
 
 
 def page(title="A helping hand", source=SOURCE, cheese="cheese", panels=None, **more):
@@ -192,8 +211,10 @@ HOSTILE = [
 def test_any_text_stays_text(text):
     odd = Panel(text, text, (Series(text, PINK, "#d9468f"), Series("b", PINK, "#00664a")))
     captions = [text] * (LAST + 1)
-    written = page(text, text, text, [odd], captions=captions, marks=[Mark(3, text)])
-    reader, plain = Reader(written), Reader(page("t", "s", panels=[five_panels()[0]]))
+    more = {"captions": captions, "marks": [Mark(3, text)], "account": account(text)}
+    written = page(text, text, text, [odd], **more)
+    harmless = page("t", "s", panels=[five_panels()[0]], account=account("x"))
+    reader, plain = Reader(written), Reader(harmless)
     # Not one element more than with harmless texts, but for the other poses and marks drawn.
     structure = [tag for tag, _ in reader.elements if tag not in ("path", "text", "g", "use")]
     assert structure == [t for t, _ in plain.elements if t not in ("path", "text", "g", "use")]
@@ -258,17 +279,6 @@ def test_page_without_panels_and_with_strange_particulars():
     assert Reader(text).texts["h1"] == "kitchen"
     assert "audience’s mind" not in text
     assert "nan" not in Reader(text).texts["p"].lower()
-
-
-def test_save_page_writes_utf8_whole(tmp_path):
-    stage, script = kitchen(), helping()
-    path = tmp_path / "deep" / "page.html"
-    film = choreograph(stage, script)
-    assert save_page(path, stage, script, film, five_panels(), "芝士", SOURCE) == path
-    assert path.read_text(encoding="utf-8") == page_html(
-        stage, script, film, five_panels(), "芝士", SOURCE
-    )
-    assert list(path.parent.iterdir()) == [path]
 
 
 def test_player_stays_readable():
@@ -347,6 +357,72 @@ def test_plays_by_itself_to_the_end_and_again(show):
     shown.wait_for_function(
         "n => document.querySelector('#counter').textContent !== `${n} / ${n}`", arg=LAST
     )
+
+
+@browser_test
+def test_frames_last_as_long_as_in_films(show):
+    """Against a clock that is turned by hand, a twentieth of a second at a time."""
+    seconds, rests = lengths(choreograph(kitchen(), helping()), twists={3: 1.0, 6: 0.5})
+    shown = show(page(clock=(seconds, rests)))
+    shown.evaluate(
+        """() => {
+            const due = [];
+            let now = 0;
+            performance.now = () => now;
+            window.requestAnimationFrame = (each) => due.push(each);
+            window.pass = () => {
+                now += 50;
+                for (const each of due.splice(0)) each(now);
+                return Number(document.getElementById("scrubber").value);
+            };
+        }"""
+    )
+    shown.locator("#play").click()
+    ends = np.cumsum(np.stack([seconds, rests], axis=1).ravel())
+    count = int(ends[-1] / 0.05)
+    seen = shown.evaluate("n => Array.from({ length: n }, window.pass)", count)
+    expected = np.interp(
+        0.05 * np.arange(1, count + 1), [0, *ends], [0, *np.repeat(np.arange(1, LAST + 1), 2)]
+    )
+    assert seen == pytest.approx(expected, abs=0.0051)  # the slider knows hundredths
+    assert np.ptp(np.diff(expected)) > 0.03
+
+
+@browser_test
+def test_reasons_follow_the_film_and_lead_to_it(show):
+    shown = show(page(account=account(formal="rho > 0")))
+    reasons = shown.locator("#reasons > li")
+    told = lambda: [each.inner_text() for each in reasons.all() if each.is_visible()]
+    assert "0.500 robot means to help cheese rho > 0" in " ".join(told()[0].split())
+    scrub(shown, 1)
+    assert told() == []
+    scrub(shown, 1.5)  # in the middle of frame 2
+    (now,) = told()
+    assert "robot pushes cheese west expected with < 0.001" in now
+    assert "0.500 → 0.900" in now
+    assert "9 times likelier if robot means to help cheese" in now
+    assert "had it been “stay” (expected with 0.400): < 0.001" in now
+    scrub(shown, 5)
+    assert "table falls from which nobody learns" in told()[0]
+    links = shown.get_by_role("navigation", name="What moved them most").get_by_role("button")
+    assert [link.split("\n")[0] for link in links.all_inner_texts()] == ["frame 2", "frames 6 to 9"]
+    links.nth(1).focus()
+    shown.keyboard.press("Enter")
+    assert frame_of(shown) == 9
+    scrub(shown, 7)
+    assert "forget faster" in told()[0]
+    assert links.nth(1).get_attribute("aria-current") == "step"
+    assert shown.locator(".why [aria-current]").count() == 1
+    shown.get_by_role("button", name="frames 6 to 9", exact=True).press("Space")
+    assert frame_of(shown) == 9
+
+
+@browser_test
+def test_without_scripts_all_reasons_are_told(show):
+    shown = show(page(account=account()), java_script_enabled=False)
+    assert all(each.is_visible() for each in shown.locator("#reasons > li").all())
+    boxes = [each.bounding_box() for each in shown.locator("#reasons > li").all()]
+    assert all(a["y"] + a["height"] <= b["y"] for a, b in pairwise(boxes))
 
 
 @browser_test
@@ -517,11 +593,14 @@ def test_list_of_happenings_follows_and_leads(show):
 
 
 @browser_test
-@pytest.mark.parametrize("width", [320, 360, 768, 1280, 2560])
+@pytest.mark.parametrize("width", [320, 390, 768, 1280, 2560])
 @pytest.mark.parametrize("wild", [False, True])
 def test_no_sideways_scrolling(show, width, wild):
     long = "unbreakable" * 40
-    text = page(long, f"let a = {long}", captions=[long] * (LAST + 1)) if wild else page()
+    text = page(account=account())
+    if wild:
+        captions = [long] * (LAST + 1)
+        text = page(long, f"let a = {long}", captions=captions, account=account(long))
     shown = show(text, width=width, height=740)
     for summary in shown.locator("summary").all():
         summary.click()
@@ -540,8 +619,8 @@ def test_no_sideways_scrolling(show, width, wild):
 def test_hostile_texts_do_nothing(show, index):
     text = HOSTILE[index]
     odd = Panel(text, text, (Series(text, PINK, "#d9468f"), Series("b", PINK, "#00664a")))
-    written = page(text, text, text, [odd], captions=[text] * (LAST + 1), marks=[Mark(3, text)])
-    shown = show(written)
+    more = {"captions": [text] * (LAST + 1), "marks": [Mark(3, text)], "account": account(text)}
+    shown = show(page(text, text, text, [odd], **more))
     scrub(shown, 3)
     shown.locator(".plot").focus()
     assert cell_of(shown, "robot") == pytest.approx((5, 1))
@@ -554,7 +633,7 @@ def test_hostile_texts_do_nothing(show, index):
 
 @browser_test
 def test_everything_that_acts_has_a_name(show):
-    shown = show()
+    shown = show(page(account=account()))
     for summary in shown.locator("summary").all():
         summary.click()
     session = shown.context.new_cdp_session(shown)
@@ -646,7 +725,7 @@ CONTRAST = """() => {
 @browser_test
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_contrast_of_texts_and_lines(show, scheme):
-    shown = show(color_scheme=scheme)
+    shown = show(page(account=account()), color_scheme=scheme)
     for summary in shown.locator("summary").all():
         summary.click()
     scrub(shown, 4)

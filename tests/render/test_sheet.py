@@ -4,10 +4,12 @@ import json
 import re
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from commands_for_tests import Run
+from i2pdsl.render.grid.pictures import GridPictures
 from i2pdsl.render.grid.sheet import GridSheet, stacked
 from i2pdsl.scripts import Script
 
@@ -55,6 +57,13 @@ def test_all_candidates_are_in_the_picture_and_on_the_page(made, i2p, open_page)
     ids = re.findall(r'<(?:svg|g|p|div|input|symbol)[^>]* id="([^"]+)"', page)
     assert {"actors-0", "actors-1", "actors-2"} <= set(ids)
     assert len(ids) == len(set(ids))
+    # They play together: each frame lasts as long as any of them needs, as in films.
+    scripts = [Script.load(told["script"]) for told in candidates]
+    clocks = [GridPictures(script).clock for script in scripts]
+    clock = json.loads(re.search(r'id="film-data">(.*?)</script>', page, re.S)[1])
+    for number, each in enumerate(("seconds", "rests")):
+        longest = np.max([one[number] for one in clocks], axis=0)
+        assert clock[each] == pytest.approx(longest, abs=1e-4)
     shown = open_page(page)
     labels = shown.locator(".show .label").all_inner_texts()
     for label, told in zip(labels, candidates, strict=True):
@@ -62,7 +71,6 @@ def test_all_candidates_are_in_the_picture_and_on_the_page(made, i2p, open_page)
         expected = [told["score"], panel["mean"], panel["worst"]]
         assert numbers(label)[1:] == pytest.approx(expected, rel=1e-3)
     # At the end of each frame all of them stand where their scripts say.
-    scripts = [Script.load(told["script"]) for told in candidates]
     for t in range(1, 6):
         shown.locator("#forward").click()
         for number, script in enumerate(scripts):

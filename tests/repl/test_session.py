@@ -19,6 +19,7 @@ from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Result, story_from
 from i2pdsl.render.characters import NOTHING, Ink, curves_of
 from i2pdsl.render.reasons import reasons_in_words
+from i2pdsl.repl.helping import explain
 from i2pdsl.repl.session import NO_FRAMES, Session
 from i2pdsl.repl.showing import (
     Asked,
@@ -199,6 +200,21 @@ def test_statements_add_or_replace(session: Session) -> None:
     assert "maximize" not in session.state.program.text.replace("# expect", "")
     right(session, "forget friend")
     assert "unknown name `friend`" in refused(session, "P(friend | script[:T])")
+
+
+def test_audiences_come_and_go_by_their_names(session: Session) -> None:
+    right(session, "audience insider = bayesian(given = G_cheese = pink)")
+    pink = asked(session, "entropy[insider](script[:2])")
+    usual = asked(session, "entropy(script[:2])")
+    right(session, "audience bayesian(beta = 0.5)")
+    assert asked(session, "entropy(script[:2])") != pytest.approx(usual)
+    right(session, "audience insider = bayesian(given = G_cheese = green)")
+    assert asked(session, "entropy[insider](script[:2])") != pytest.approx(pink)
+    assert session.state.program.text.count("audience insider") == 1
+    assert "given = G_cheese = green" in explain("insider", session.state)
+    right(session, "forget insider")
+    assert "no audience `insider`" in refused(session, "P[insider](rho > 0 | script[:T])")
+    assert asked(session, "entropy(script[:2])") != pytest.approx(usual)
 
 
 def test_a_comment_before_a_definition_is_its_documentation(session: Session) -> None:
@@ -411,6 +427,28 @@ def _prefix_score(world: GridWorld, frames: object, actions: list[int]) -> float
     """The objective of help.story summed over the frames that there are."""
     story = written(f"world kitchen\nlength {len(actions)}\nmaximize depict(rho > 0)\n")
     return score_script(story, world, frames)  # type: ignore[arg-type]
+
+
+def test_suggestions_tell_what_they_break_apart_from_their_score(session: Session) -> None:
+    """The best next frames are those of the story without requirements, where all break one."""
+    right(session, "rewind 3")
+    wish = "P(rho < 0 | script[:T])"
+    plain = shown(session, f"suggest {wish}")
+    found = session.state.suggestions
+    assert isinstance(plain, Text)
+    assert "breaks" not in plain.text
+    right(session, "require [at(cheese, (0, 0)) @ script[2]]")
+    right(session, "require eventually [pushes(robot, cheese)]")
+    text = shown(session, f"suggest {wish}")
+    assert isinstance(text, Text)
+    broken = session.state.suggestions
+    assert [each.told for each in broken] == [each.told for each in found]
+    assert [each.score for each in broken] == pytest.approx(
+        [each.score for each in found], abs=2e-4
+    )
+    lost = {"require [at(cheese, (0, 0)) @ script[2]]"}
+    assert all(set(each.broken) == lost for each in broken)
+    assert text.text.count(f"breaks: {next(iter(lost))}") == len(broken)
 
 
 def test_accepting_is_playing_what_was_suggested(session: Session) -> None:
@@ -822,3 +860,17 @@ def test_maps_with_wide_signs_stand_in_columns(
     bars = on_a_terminal(looked, Ink()).splitlines()[-2:]
     one, other = (display_width(bar[: bar.index("0.5")]) for bar in bars)
     assert one == other
+
+
+def test_pinned_frames_are_statements_that_can_be_taken_out(session: Session) -> None:
+    right(session, "pin 9,2-3")
+    told = right(session, "story").shown[0]
+    assert isinstance(told, Text)
+    assert [told.text.count(f"pin script[{k}]") for k in (2, 3, 9)] == [2, 1, 2]
+    right(session, "unpin 9")
+    assert {pin.frame for pin in session.state.typed.pins} == {2, 3}
+    right(session, "pin script[4]: at(robot, pink)")
+    right(session, "unpin")
+    assert not session.state.typed.pins
+    assert "expected frames from 1 to 15" in refused(session, "pin 16")
+    assert "nothing is pinned" in refused(session, "unpin 3")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,12 @@ from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Story, story_from
 from i2pdsl.search.candidates import TOLERANCE, faults
+from i2pdsl.worlds.plane.kind import PlaneKind
+from i2pdsl.worlds.plane.world import build_plane
 from i2pdsl.worlds.ready import ready_world
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
+from plane_for_tests import DESK, wandered
 from worlds_for_tests import with_small_world
 
 TEXT = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\nsearch beam(starts = 60)\n"
@@ -105,6 +110,49 @@ def test_scaled_rows_are_rows_of_other_viewers() -> None:
         assert np.allclose(member.watch(path, script.frames).belief, anew.belief, atol=1e-12)
 
 
+def test_a_wide_panel_also_imagines_another_level_0(told: Story, folder: Path) -> None:
+    """Each member twice, the second time as one of a world that was planned so."""
+    found = told.solve(seed=0, candidates=2, choose="wide")
+    script, world = found.script, told.world()
+    path, text = script.trajectory, TEXT.replace("world small", "world small(level0 = costs)")
+    other = story_from(Source("o.story", text), folder).world()
+    scores = []
+    for member in panel(told.typed, world):
+        tables = member.world.tables
+        told_so = member.sharpness, tables.forgetting, tables.log_prior
+        for each in (member.world, other.with_audience(*told_so)):
+            frames = replay(each, path.states, path.actions)
+            scores.append(score_script(told.typed, each, frames))
+    assert found.judgements[0].mean == pytest.approx(np.mean(scores))
+    assert found.judgements[0].worst == pytest.approx(min(scores))
+    assert np.abs(np.subtract(scores[::2], scores[1::2])).max() > 1e-3
+
+
+def test_in_a_plane_a_wide_panel_also_looks_at_whole_ways() -> None:
+    spec = replace(DESK, settings=replace(DESK.settings, observer="step"))
+    world, other = (
+        build_plane(each, None) for each in (spec, PlaneKind().imagined_otherwise(spec))
+    )
+    assert other.spec.settings.observer == "path"
+    states, actions = wandered(world, 12, spread=0.1)
+    path, known = Trajectory(actions, states), replay(world, states, actions)
+    text = "world desk\nlength 12\nmaximize depict(G_hand = left)\nsearch descend(steps = 1)\n"
+    members = panel(story_from(Source("d.story", text)).typed, world, other)
+    assert [m.imagines_otherwise for m in members] == [False, True] * MEMBERS
+    for member in members[:4]:
+        anew = replay(member.world, states, actions)
+        np.testing.assert_allclose(member.watch(path, known).belief, anew.belief, atol=1e-9)
+    usual, wide = (m.watch(path, known).belief for m in members[:2])
+    assert np.abs(usual - wide).max() > 1e-3
+
+
+def test_where_nothing_can_be_imagined_otherwise_the_panel_is_the_usual_one() -> None:
+    text = "world fork\nlength 3\nmaximize depict(G_robot = left)\n"
+    fork = story_from(Source("f.story", text))
+    wide, usual = (fork.solve(choose=choice).judgements for choice in ("wide", "panel"))
+    assert wide == usual
+
+
 def test_the_panel_puts_candidates_in_its_order(told: Story) -> None:
     found = told.solve(seed=0, candidates=3)
     best = told.solve(seed=0, choose="score").score
@@ -125,7 +173,7 @@ def test_the_panel_puts_candidates_in_its_order(told: Story) -> None:
     members = panel(told.typed, told.world())
     for script, judgement in zip(by_score.candidates, by_score.judgements, strict=True):
         assert judge(told.typed, members, script.trajectory, script.frames) == judgement
-    with pytest.raises(ValueError, match="panel or score"):
+    with pytest.raises(ValueError, match="panel, wide or score"):
         told.solve(choose="luck")  # type: ignore[arg-type]
 
 

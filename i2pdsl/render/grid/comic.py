@@ -25,7 +25,7 @@ from i2pdsl.render.raster import text_width
 
 # -------------------------------------------------------------------------------- the strip
 
-LINES = 4  # of a caption, at most, and as many as long names are cut into
+LINES = 8  # of a caption, at most, and as many as long names are cut into
 SMALL = 12.0  # pixels for a cell below which a map is better drawn larger, if it can be
 WIDEST, TALLEST = 2600.0, 1400.0  # pixels of all panels in a row, and of one
 AREA = 8e6  # pixels of all panels together

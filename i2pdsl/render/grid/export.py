@@ -1,18 +1,14 @@
-"""What other programs animate with: the cast as a sprite sheet, and the story as a timeline.
-
-Both are documented in docs/export.md; the script for Godot 4 beside this module plays them.
-"""
+"""What other programs animate a story on a map with: the cast as a sprite sheet, and the story as
+a timeline (docs/export.md)."""
 
 from __future__ import annotations
 
-import io
-import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from i2pdsl.render import export
 from i2pdsl.render.grid.choreography import MARKS, POSES, Film, Track
 from i2pdsl.render.grid.scene import (
     FOOT,
@@ -27,14 +23,11 @@ from i2pdsl.render.grid.sprites import actor_symbols, actor_tint, mark_symbols, 
 from i2pdsl.render.grid.stage import DIRECTIONS, Stage
 from i2pdsl.render.mind import Panel
 from i2pdsl.render.raster import svg_rgba
-from i2pdsl.resources import atomic_path, write_text
 
-VERSION = 1
 CELL = 128  # pixels of a cell in the sheet
 ROOM = 24  # pixels about a cell that drawings may reach into
 SIDE = CELL + 2 * ROOM
 COLUMNS = 8
-PLAYER = "i2p_player.gd"
 
 
 def sheet(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
@@ -60,12 +53,13 @@ def sheet(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
     marks = frames.pop("")
     document = {
         "format": "i2p-sprites",
-        "version": VERSION,
+        "version": export.VERSION,
         "image": "sprites.png",
         "size": [SIDE, SIDE],
         "cell": CELL,
         "foot": [SIDE / 2, ROOM + FOOT * CELL],
         "middle": [SIDE / 2, SIDE / 2],
+        "stands": [0.5, FOOT],
         "entities": frames,
         "marks": marks,
     }
@@ -98,32 +92,32 @@ def timeline(
         seconds: [T] how long each frame lasts.
         rests: [T] how long its end is held.
     """
-    starts = np.concatenate([[0.0], np.cumsum(seconds + rests)])
     cells = [(c, r) for r in range(stage.height) for c in range(stage.width)]
-    frames = [_frame(stage, script["start"], {}, 0, 0.0, 0.0, 0.0, panels)]
-    for t, frame in enumerate(script["frames"], 1):
-        clock = float(starts[t - 1]), float(seconds[t - 1]), float(rests[t - 1])
-        frames.append(_frame(stage, frame["state"], frame, t, *clock, panels))
-    return {
-        "format": "i2p-timeline",
-        "version": VERSION,
-        "title": title,
-        "world": {
-            "name": stage.name,
-            "columns": stage.width,
-            "rows": stage.height,
-            "walls": [list(at) for at in cells if stage.is_wall(at)],
-            "tiles": [
-                {"name": tile.name, "cell": list(tile.cell), "color": tile.color}
-                for tile in stage.tiles
-            ],
-        },
-        "entities": [
-            {"name": a.name, "kind": a.kind, "sprite": a.sprite, "color": actor_tint(a)}
-            for a in stage.cast
+    world = {
+        "kind": "grid",
+        "name": stage.name,
+        "columns": stage.width,
+        "rows": stage.height,
+        "walls": [list(at) for at in cells if stage.is_wall(at)],
+        "tiles": [
+            {"name": tile.name, "cell": list(tile.cell), "color": tile.color}
+            for tile in stage.tiles
         ],
-        "frames": frames,
-        "beats": [
+    }
+    cast = [
+        {"name": a.name, "kind": a.kind, "sprite": a.sprite, "color": actor_tint(a)}
+        for a in stage.cast
+    ]
+    frames = [{"state": script["start"]}, *script["frames"]]
+    return export.timeline(
+        title,
+        world,
+        cast,
+        [_entities(stage, frame) for frame in frames],
+        [frame.get("event") for frame in frames],
+        panels,
+        (seconds, rests),
+        beats=[
             {
                 "frame": beat.frame,
                 "entity": beat.actor,
@@ -135,89 +129,23 @@ def timeline(
             }
             for beat in film.beats
         ],
-        "keys": ["time", "x", "y", "angle", "scale_x", "scale_y", "opacity", "lift", "ease",
-                 "pose"],
-        "tracks": {name: _keys(track) for name, track in film.tracks.items()},
-        "marks": [{"mark": mark.kind, "keys": _keys(mark.track)} for mark in film.marks],
-    }  # fmt: skip
+        tracks={name: _keys(track) for name, track in film.tracks.items()},
+        marks=[{"mark": mark.kind, "keys": _keys(mark.track)} for mark in film.marks],
+    )
 
 
-def _frame(
-    stage: Stage,
-    state: Mapping[str, Any],
-    frame: Mapping[str, Any],
-    number: int,
-    start: float,
-    lasts: float,
-    rests: float,
-    panels: Sequence[Panel],
-) -> dict[str, Any]:
-    entities = {}
+def _entities(stage: Stage, frame: Mapping[str, Any]) -> dict[str, Any]:
+    found = {}
     for actor in stage.cast:
         acted = frame.get(actor.name) or {}
         action = acted.get("action")
-        entities[actor.name] = {
-            "cell": state.get(actor.name),
+        found[actor.name] = {
+            "cell": frame["state"].get(actor.name),
             "action": action,
             "success": acted["moved"] if action in DIRECTIONS else None,
         }
-    beliefs = {
-        panel.title: {s.label: _number(s.values[number]) for s in panel.series} for panel in panels
-    }
-    return {
-        "frame": number,
-        "start": round(start, 4),
-        "seconds": round(lasts, 4),
-        "rests": round(rests, 4),
-        "entities": entities,
-        "event": frame.get("event"),
-        "beliefs": beliefs,
-    }
-
-
-def _number(value: float) -> float | None:
-    """JSON has neither infinity nor what is no number."""
-    return round(float(value), 6) if np.isfinite(value) else None
+    return found
 
 
 def _keys(track: Track) -> list[list[Any]]:
     return [[round(v, 5) if isinstance(v, float) else v for v in key] for key in track]
-
-
-# Files.
-
-
-def save_sheet(folder: Path, stage: Stage) -> list[Path]:
-    """Writes `sprites.png`, `sprites.json` and `background.png`, each whole or not at all."""
-    picture, document = sheet(stage)
-    room, document["background"] = background(stage)
-    paths = [folder / "sprites.png", folder / "background.png"]
-    for path, pixels in zip(paths, (picture, room), strict=True):
-        _save_png(path, pixels)
-    return [*paths, _save_json(folder / "sprites.json", document)]
-
-
-def save_timeline(folder: Path, document: Mapping[str, Any]) -> Path:
-    """Writes `timeline.json`."""
-    return _save_json(folder / "timeline.json", document)
-
-
-def save_player(folder: Path) -> Path:
-    """Writes the script for Godot 4."""
-    path = folder / PLAYER
-    write_text(path, (Path(__file__).parent / PLAYER).read_text(encoding="utf-8"))
-    return path
-
-
-def _save_json(path: Path, document: Mapping[str, Any]) -> Path:
-    write_text(path, json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
-    return path
-
-
-def _save_png(path: Path, pixels: np.ndarray) -> None:
-    from PIL import Image
-
-    made = io.BytesIO()
-    Image.fromarray(pixels).save(made, "PNG", optimize=True)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(made.getvalue())

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.render import film_page
-from i2pdsl.render.film_page import plain
 from i2pdsl.render.grid.choreography import Film, Key, Track
+from i2pdsl.render.grid.film import lengths
 from i2pdsl.render.grid.scene import (
     FOOT,
     actor_svg,
@@ -22,12 +23,12 @@ from i2pdsl.render.grid.scene import (
 )
 from i2pdsl.render.grid.sprites import symbol_id
 from i2pdsl.render.grid.stage import Stage, describe
+from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Mark, Panel
-from i2pdsl.resources import write_text
+from i2pdsl.render.reasons import Account
 
 CELL = 100.0  # units of the stage's viewBox to a cell
 SHOWN = 900.0, 600.0  # pixels of a usual screen that a stage has, about
-SECONDS = 1.1  # a turn lasts at speed 1
 
 
 def page_html(
@@ -41,21 +42,25 @@ def page_html(
     marks: Sequence[Mark] | None = None,
     language: str = "en",
     wishes: Sequence[Wish] = (),
+    account: Account | None = None,
+    clock: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> str:
     """A self-contained page for a finished script (the dict of script.json, T frames).
 
     `panels` cover the frames 0..T. `captions` has T + 1 texts, for the start and each frame;
     without it they are told from the film. `marks` are the moments to line out in the curves;
-    without it, those when something falls or vanishes.
+    without it, those when something falls or vanishes. `clock` is how long frames last, as
+    film.lengths has it; without it, what that says of the film alone.
     """
     last = len(script["frames"])
     told = tuple(captions) if captions is not None else frame_captions(stage, script, film)
     events = tuple(marks) if marks is not None else _events(film)
     width, height = scene_size(stage, CELL)
     heading = title.strip() or stage.name
+    seconds, rests = lengths(film) if clock is None else clock
     shown = film_page.Film(
-        stage_svg(stage, film, heading), width / height, last, SECONDS, told, range(last + 1),
-        "grid/kitchen.js", film_data(stage, film),
+        stage_svg(stage, film, heading), width / height, last, seconds, rests, told,
+        range(last + 1), "grid/kitchen.js", film_data(stage, film),
     )  # fmt: skip
     return film_page.film_page(
         shown,
@@ -66,27 +71,8 @@ def page_html(
         events,
         language=language,
         wishes=wishes,
+        account=account,
     )
-
-
-def save_page(
-    path: str | Path,
-    stage: Stage,
-    script: Mapping[str, Any],
-    film: Film,
-    panels: Sequence[Panel],
-    title: str,
-    source: str,
-    captions: Sequence[str] | None = None,
-    marks: Sequence[Mark] | None = None,
-    language: str = "en",
-    wishes: Sequence[Wish] = (),
-) -> Path:
-    """Writes `page_html`, whole or not at all."""
-    path = Path(path)
-    page = page_html(stage, script, film, panels, title, source, captions, marks, language, wishes)
-    write_text(path, page)
-    return path
 
 
 def frame_captions(stage: Stage, script: Mapping[str, Any], film: Film) -> tuple[str, ...]:

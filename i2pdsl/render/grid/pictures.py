@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.render.beliefs import Beliefs
-from i2pdsl.render.files import KEY_FRAMES, PictureFiles, printable
+from i2pdsl.render.files import KEY_FRAMES, PictureFiles, Sprites, printable
 from i2pdsl.render.focus import Focus, focus_of, led, whose
 from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
@@ -168,11 +168,17 @@ class GridPictures(PictureFiles):
 
         return save_mind(path, self.panels, title, marks=self.marks)
 
-    def save_page(self, path: Path) -> Path:
-        from i2pdsl.render.grid.page import save_page
+    @property
+    def clock(self) -> tuple[np.ndarray, np.ndarray]:
+        """How long each frame lasts and how long its end is held, [T] seconds each."""
+        from i2pdsl.render.grid.film import lengths
 
-        return save_page(
-            path,
+        return lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
+
+    def page(self) -> str:
+        from i2pdsl.render.grid.page import page_html
+
+        return page_html(
             self.stage,
             self.document,
             self.film,
@@ -181,23 +187,19 @@ class GridPictures(PictureFiles):
             self.script.record.text,
             marks=self.marks,
             wishes=self.wishes,
+            account=self.account,
+            clock=self.clock,
         )
 
-    def exported(self, folder: Path, formats: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
-        from i2pdsl.render.grid import export
-        from i2pdsl.render.grid.film import lengths
+    def sprites(self) -> Sprites:
+        from i2pdsl.render.grid.export import background, sheet
 
-        if {"sheet", "godot"} & {*formats}:
-            for path in export.save_sheet(folder, self.stage):
-                yield path.name, path
-        if {"timeline", "godot"} & {*formats}:
-            clock = lengths(self.film, twists=self.focus.turns, pace=self.look.pace)
-            told = self.stage, self.document, self.film, self.panels, self.title
-            path = export.save_timeline(folder, export.timeline(*told, *clock))
-            yield path.name, path
-        if "godot" in formats:
-            path = export.save_player(folder)
-            yield path.name, path
+        return sheet(self.stage), background(self.stage)
+
+    def timeline(self) -> dict[str, Any]:
+        from i2pdsl.render.grid.export import timeline
+
+        return timeline(self.stage, self.document, self.film, self.panels, self.title, *self.clock)
 
     def save_film(self, path: Path, progress: Callable[[int, int], None] | None) -> None:
         from i2pdsl.render.grid.film import save_film

@@ -8,17 +8,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from i2pdsl.render.files import PictureFiles, printable
-from i2pdsl.render.film_page import Film, film_page, plain
+from i2pdsl.render.film_page import Film, film_page
 from i2pdsl.render.grid.comic import comic_svg
-from i2pdsl.render.grid.page import CELL, SECONDS, film_data, poses_of, stage_svg
+from i2pdsl.render.grid.page import CELL, film_data, poses_of, stage_svg
 from i2pdsl.render.grid.pictures import GridPictures
 from i2pdsl.render.grid.scene import scene_size, stage_symbols
 from i2pdsl.render.lettering import heading_svg
+from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.render.panels import GUTTER, TITLE
 from i2pdsl.render.performances import compared
-from i2pdsl.resources import write_text
 from i2pdsl.scripts import Script
 
 SHOWN = 6  # key frames of each candidate
@@ -81,10 +83,6 @@ class GridSheet(PictureFiles):
 
         return save_mind(path, self.panels, title)
 
-    def save_page(self, path: Path) -> Path:
-        write_text(path, self.page())
-        return path
-
     def page(self) -> str:
         """A self-contained page."""
         lasting = max((each.script.length for each in self.each), default=0)
@@ -93,11 +91,13 @@ class GridSheet(PictureFiles):
         across = min(len(self.each), ACROSS)
         shows = "\n".join(self._show(number) for number in range(len(self.each)))
         captions = [self._caption(t) for t in range(lasting + 1)]
+        seconds, rests = self._clock(lasting)
         shown = Film(
             stage=f'      <div class="shows">\n{shows}\n      </div>',
             aspect=across * width / height,
             last=lasting,
-            seconds=SECONDS,
+            seconds=seconds,
+            rests=rests,
             captions=captions,
             happenings=range(lasting + 1),
             script="grid/kitchen.js",
@@ -108,6 +108,15 @@ class GridSheet(PictureFiles):
             f"{stage.name} · {lasting} frame{'s' * (lasting != 1)} · {len(self.each)} candidates"
         )
         return film_page(shown, self.panels, self.title, about, self.each[0].script.record.text)
+
+    def _clock(self, lasting: int) -> np.ndarray:
+        """[2, T] Seconds that each frame lasts, and that its end is held: as long as any of the
+        candidates needs."""
+        clocks = [
+            np.pad(each.clock, ((0, 0), (0, lasting - each.script.length))) for each in self.each
+        ]
+        longest: np.ndarray = np.max(clocks, axis=0)
+        return longest
 
     def _show(self, number: int) -> str:
         each = self.each[number]

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import tan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from i2pdsl.objective.wishes import Wish
-from i2pdsl.render.film_page import Film, film_page, plain
+from i2pdsl.render.film_page import Film, film_page
 from i2pdsl.render.hill.figures import CRATES, IDLE, LAYERS, LONG, SHORT, pose_svg, rig
 from i2pdsl.render.hill.performance import Performance, key_frames, units
 from i2pdsl.render.hill.rig import GROUNDED, ROPE_LENGTH, SCALE, UNITS, Part
 from i2pdsl.render.hill.scene import View, camera_way, moved, range_crest, view_of
 from i2pdsl.render.hill.scenery import FAR_SHARE, NEAR_SHARE, ground_svg, range_svg, sky_svg
+from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.render.performances import HUES
-from i2pdsl.resources import write_text
+from i2pdsl.render.reasons import Account
 from i2pdsl.worlds.hill.hopper import HAND, HIPS, HOOK
 
 GRAIN = 100  # steps to a unit of the world (and to a whole pull) in the page's numbers
@@ -31,17 +31,23 @@ def page_html(
     title: str,
     windows: Sequence[Window] = (),
     wishes: Sequence[Wish] = (),
+    account: Account | None = None,
+    clock: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> str:
-    """A self-contained page. `panels` cover the frames of the performance that lasts longest."""
+    """A self-contained page. `panels` cover the frames of the performance that lasts longest;
+    `clock` is how long frames last and how long their ends are held; without it, as usual."""
     lasting = max(performances, key=lambda p: p.frames)
     view = view_of(performances)
     several = len(performances) > 1
     captions = _captions(performances)
+    usual = np.full(lasting.frames, lasting.frame_seconds), np.zeros(lasting.frames)
+    seconds, rests = usual if clock is None else clock
     film = Film(
         stage=_stage(performances, view),
         aspect=min(len(performances), 3) * view.width / view.height,
         last=lasting.frames,
-        seconds=lasting.frame_seconds,
+        seconds=seconds,
+        rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
         script="hill/hill.js",
@@ -50,21 +56,9 @@ def page_html(
     )
     source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
     return film_page(
-        film, panels, title, _about(performances), source, windows=windows, wishes=wishes
-    )
-
-
-def save_page(
-    path: str | Path,
-    performances: Sequence[Performance],
-    panels: Sequence[Panel],
-    title: str,
-    windows: Sequence[Window] = (),
-    wishes: Sequence[Wish] = (),
-) -> Path:
-    """Writes `page_html`, whole or not at all."""
-    write_text(Path(path), page_html(performances, panels, title, windows, wishes))
-    return Path(path)
+        film, panels, title, _about(performances), source,
+        windows=windows, wishes=wishes, account=account,
+    )  # fmt: skip
 
 
 def _about(performances: Sequence[Performance]) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from i2pdsl.render.files import KEY_FRAMES
+from i2pdsl.render.files import FORMATS, KEY_FRAMES
 from i2pdsl.render.hill.performance import Performance, key_frames
 from i2pdsl.render.mind import PANELS_MAX, Panel
 from i2pdsl.render.performances import PerformancePictures, hued
@@ -20,6 +19,7 @@ from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 class HillPictures(PerformancePictures[Performance]):
     """Draws one performance, or several side by side in the same time."""
 
+    offered = tuple(each for each in FORMATS if each != "sheet")
     # Every frame of the world in the MP4; the GIF is small.
     usual: ClassVar = {
         ".mp4": (1 / FRAME_SECONDS, (800, 1280)),
@@ -38,12 +38,18 @@ class HillPictures(PerformancePictures[Performance]):
         one = self.performances[0]
         return comic_svg(one, key_frames(one, KEY_FRAMES), self.title)
 
-    def save_page(self, path: Path) -> Path:
-        from i2pdsl.render.hill.page import save_page
+    def page(self) -> str:
+        from i2pdsl.render.hill.page import page_html
 
-        return save_page(
-            path, self.performances, self.panels, self.title, self.windows, self.wishes
-        )
+        return page_html(
+            self.performances, self.panels, self.title, self.windows, self.wishes, self.account,
+            self.clock,
+        )  # fmt: skip
+
+    def timeline(self) -> dict[str, Any]:
+        from i2pdsl.render.hill.export import timeline
+
+        return timeline(self.performances[0], self.clock)
 
     @property
     def seconds(self) -> float:

@@ -1,5 +1,6 @@
 // Plays a film: draws the stage at each moment and moves the line along the belief curves.
-// Times are frames: 0 is the start, frame t of the script ends at time t. The script before this one
+// Times are frames: 0 is the start, frame t of the script ends at time t. Clocks are seconds at
+// speed 1: frames last differently long, and the ends of some are held. The script before this one
 // defines makeStage(film), whose draw(time) moves the drawing.
 (() => {
   "use strict";
@@ -65,7 +66,27 @@
   let time = 0;
   let speed = 1;
   let playing = false;
-  let before = 0; // the clock at the last picture, in milliseconds
+  let clock = 0; // while it plays
+  let before = 0; // the browser's clock at the last picture, in milliseconds
+
+  const begins = [0]; // the clock at which each frame begins
+  film.seconds.forEach((lasts, k) => begins.push(begins[k] + lasts + film.rests[k]));
+
+  // Who goes on from the end of a frame need not wait for its rest.
+  function clockAt(time) {
+    const k = Math.min(Math.floor(time), T - 1);
+    return begins[k] + (time - k) * film.seconds[k];
+  }
+
+  function timeAt(clock) {
+    let [low, high] = [0, T]; // the last frame that has begun: begins[low] <= clock < begins[high]
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (begins[middle] <= clock) low = middle;
+      else high = middle;
+    }
+    return Math.min(low + (clock - begins[low]) / film.seconds[low], low + 1);
+  }
 
   const name = (t) => (t === 0 ? "start" : `frame ${t} of ${T}`);
 
@@ -82,14 +103,19 @@
     $("frame-number").textContent = frame === 0 ? "Start" : `Frame ${frame}`;
     $("caption").textContent = film.captions[frame];
     const begun = lines.filter((line) => Number(line.dataset.frame) <= frame);
-    for (const line of lines) {
-      if (line === begun[begun.length - 1]) line.setAttribute("aria-current", "step");
-      else line.removeAttribute("aria-current");
-    }
+    for (const line of lines) mark(line, line === begun[begun.length - 1]);
+    const isWithin = (first, last) => Number(first) <= frame && frame <= Number(last);
+    for (const node of reasons) node.hidden = !isWithin(node.dataset.first, node.dataset.last);
+    for (const link of links) mark(link, isWithin(link.dataset.first, link.dataset.frame));
     for (const plot of plots) {
       plot.node.setAttribute("aria-valuenow", frame);
       plot.node.setAttribute("aria-valuetext", `${name(frame)}: ${phrase(plot, frame)}`);
     }
+  }
+
+  function mark(line, isCurrent) {
+    if (isCurrent) line.setAttribute("aria-current", "step");
+    else line.removeAttribute("aria-current");
   }
 
   // Speaks only of moments at rest: a film that talked at every frame would be unbearable.
@@ -111,11 +137,12 @@
   const leap = Math.max(5, Math.round(T / 40)); // frames
   const step = (by) => seek(by > 0 ? Math.floor(time + 1e-6) + by : Math.ceil(time - 1e-6) + by);
 
-  function advance(clock) {
+  function advance(now) {
     if (!playing) return;
-    const passed = clamp(clock - before, 0, 100); // a tab that slept goes on where it was
-    before = clock;
-    time = Math.min(time + ((passed / 1000) * speed) / film.seconds, T);
+    const passed = clamp(now - before, 0, 100); // a tab that slept goes on where it was
+    before = now;
+    clock += (passed / 1000) * speed;
+    time = timeAt(clock);
     draw();
     if (time < T) requestAnimationFrame(advance);
     else {
@@ -135,6 +162,7 @@
     if (time >= T) time = 0;
     hideTip();
     setPlaying(true);
+    clock = clockAt(time);
     before = performance.now();
     requestAnimationFrame(advance);
   }
@@ -170,7 +198,12 @@
   });
 
   const lines = [...document.querySelectorAll("#happenings button")];
-  for (const line of lines) line.addEventListener("click", () => seek(Number(line.dataset.frame)));
+  const reasons = [...document.querySelectorAll("#reasons > li")];
+  const links = [...document.querySelectorAll(".why nav button")];
+  for (const button of document.querySelectorAll("[data-frame]")) {
+    button.addEventListener("click", () => seek(Number(button.dataset.frame)));
+  }
+  document.querySelector("main").classList.add("following");
 
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;

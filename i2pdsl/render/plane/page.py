@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from i2pdsl.objective.wishes import Wish
-from i2pdsl.render.film_page import Film, film_page, plain
+from i2pdsl.render.film_page import Film, film_page
+from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Panel, Window
 from i2pdsl.render.plane.figures import (
     DASH,
@@ -28,7 +28,7 @@ from i2pdsl.render.plane.figures import (
 )
 from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
 from i2pdsl.render.plane.stage import Stage, stage_within
-from i2pdsl.resources import write_text
+from i2pdsl.render.reasons import Account
 
 SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
 ROW = 1120.0  # pixels that a row of several has
@@ -41,19 +41,25 @@ def page_html(
     title: str,
     windows: Sequence[Window] = (),
     wishes: Sequence[Wish] = (),
+    account: Account | None = None,
+    clock: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> str:
-    """A self-contained page. `panels` cover the frames of the performance that lasts longest."""
+    """A self-contained page. `panels` cover the frames of the performance that lasts longest;
+    `clock` is how long frames last and how long their ends are held; without it, as usual."""
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
     stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
+    usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
+    seconds, rests = usual if clock is None else clock
     film = Film(
         stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
         aspect=across * stage.width / stage.height,
         last=lasting.frames,
-        seconds=frame_seconds(performances),
+        seconds=seconds,
+        rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
         script="plane/plane.js",
@@ -63,20 +69,9 @@ def page_html(
     source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
     count = lasting.frames
     about = f"{lasting.spec.name} · {count} frame{'' if count == 1 else 's'}"
-    return film_page(film, panels, title, about, source, windows=windows, wishes=wishes)
-
-
-def save_page(
-    path: str | Path,
-    performances: Sequence[Performance],
-    panels: Sequence[Panel],
-    title: str,
-    windows: Sequence[Window] = (),
-    wishes: Sequence[Wish] = (),
-) -> Path:
-    """Writes `page_html`, whole or not at all."""
-    write_text(Path(path), page_html(performances, panels, title, windows, wishes))
-    return Path(path)
+    return film_page(
+        film, panels, title, about, source, windows=windows, wishes=wishes, account=account
+    )
 
 
 def _captions(performances: Sequence[Performance]) -> list[str]:

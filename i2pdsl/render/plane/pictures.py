@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from i2pdsl.render.files import Sprites
 from i2pdsl.render.performances import PerformancePictures
 from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
 from i2pdsl.render.video import Times
@@ -25,12 +26,24 @@ class PlanePictures(PerformancePictures[Performance]):
         one = self.performances[0]
         return comic_svg(one, key_frames(one, KEY_FRAMES), self.title)
 
-    def save_page(self, path: Path) -> Path:
-        from i2pdsl.render.plane.page import save_page
+    def page(self) -> str:
+        from i2pdsl.render.plane.page import page_html
 
-        return save_page(
-            path, self.performances, self.panels, self.title, self.windows, self.wishes
-        )
+        return page_html(
+            self.performances, self.panels, self.title, self.windows, self.wishes, self.account,
+            self.clock,
+        )  # fmt: skip
+
+    def sprites(self) -> Sprites:
+        from i2pdsl.render.plane.export import background, sheet
+
+        (one,) = self.performances
+        return sheet(one.spec), background(one)
+
+    def timeline(self) -> dict[str, Any]:
+        from i2pdsl.render.plane.export import timeline
+
+        return timeline(self.performances[0], self.clock)
 
     @property
     def seconds(self) -> float:

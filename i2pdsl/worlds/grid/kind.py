@@ -38,6 +38,13 @@ class GridKind(Kind):
     def drawings(self, spec: GridSpec) -> Mapping[str, str]:
         return dict(spec.look.drawings)
 
+    def imagined_otherwise(self, spec: GridSpec) -> GridSpec | None:
+        """With the other level 0, where anybody is modelled."""
+        if spec.modeller is None:
+            return None
+        other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
+        return spec.with_settings({"level0": other})
+
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)
 
@@ -103,6 +110,11 @@ class GridKind(Kind):
         from i2pdsl.worlds.grid.script import state_as_json
 
         return state_as_json(world.spec, world.dynamics, int(state))
+
+    def kept(self, world: GridWorld, path: Trajectory, first: int, last: int) -> list[str]:
+        from i2pdsl.worlds.grid.script import kept_in_words
+
+        return kept_in_words(world, path, first, last)
 
     def frames_as_json(self, world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
         from i2pdsl.worlds.grid.script import frames_as_json

@@ -297,6 +297,26 @@ def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     return xp.stack(tried, axis=-1), xp.stack(succeeded, axis=-1)
 
 
+def is_turn(
+    tables: Tables,
+    moves: Moves,
+    before: Array,
+    action: Array,
+    acts: tuple[tuple[int, bool] | None, ...],
+) -> Array:
+    """Whether everybody does so: (action, whether it fails) for each, None for anything."""
+    xp = namespace(tables.cells)
+    states, done = _step(tables, moves, before, action), action < moves.turn_count
+    for who, act in enumerate(acts):
+        if act is None:
+            continue
+        chosen, success = decode(moves, who, action, xp)
+        done &= (chosen == act[0]) & (success != act[1])
+        if act[1]:  # what is in the way makes no move fail
+            done &= tables.successor[who][chosen, states[who]] != states[who]
+    return done
+
+
 def feature(
     tables: Tables,
     moves: Moves,

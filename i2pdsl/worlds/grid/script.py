@@ -64,6 +64,33 @@ def turn_in_words(world: GridWorld, action: int) -> str:
     return f"[{', '.join(told)}]"
 
 
+def kept_in_words(world: GridWorld, path: Trajectory, first: int, last: int) -> list[str]:
+    """Statements that pin frames of a script as they are: the first in full, which leaves one
+    picture from which it can come, and then what is done."""
+    spec, states, actions = world.spec, path.states, path.actions
+    state = state_as_json(spec, world.dynamics, int(states[first]))
+    told = [
+        f"absent({name})" if cell is None else f"at({name}, ({cell[0]}, {cell[1]}))"
+        for name, cell in state.items()
+    ]
+    if actions[first - 1] < world.moves.turn_count:
+        ask = lambda name, *arguments: world.feature(
+            world.tables, name, arguments, states[first], states[first - 1], actions[first - 1]
+        )
+        for who, character in enumerate(spec.characters):
+            told.append(f"{'' if ask('moved', who) else 'not '}moved({character.name})")
+            for thing in character.pushes if ask("moved", who) else ():
+                pushed = ask("pushes", who, spec.entities.index(thing))
+                told.append(f"{'' if pushed else 'not '}pushes({character.name}, {thing})")
+    return [
+        f"pin script[{first}]: {' and '.join(told)}",
+        *(
+            f"pin script[{k}] = {turn_in_words(world, int(actions[k - 1]))}"
+            for k in range(first, last + 1)
+        ),
+    ]
+
+
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
     counts = world.moves.counts
     numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]

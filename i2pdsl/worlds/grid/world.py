@@ -28,7 +28,7 @@ from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches, Viewer, log_priors, on_device
+from i2pdsl.worlds.world import Branches, Viewer, forgetting_of, log_priors, on_device
 
 Array = Any
 
@@ -174,9 +174,7 @@ class GridWorld:
         xp = tables.cells.__array_namespace__()
         zero = xp.asarray(state) * 0
         if isinstance(turn, ty.Drop):
-            entity = self.spec.entities.index(turn.thing)
-            event = self.moves.events.index(entity)
-            number = event * self.moves.slots + self.cell_number[turn.cell]
+            number = self._drop(turn)
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
         code = 0
@@ -185,6 +183,23 @@ class GridWorld:
                 (act.action, not act.fails)
             )
         return zero + code, zero == 0
+
+    def _drop(self, drop: ty.Drop) -> int:
+        """Its number among the events."""
+        event = self.moves.events.index(self.spec.entities.index(drop.thing))
+        return event * self.moves.slots + self.cell_number[drop.cell]
+
+    def is_turn(
+        self,
+        tables: model.Tables,
+        before: Array,
+        action: Array,
+        turn: tuple[ty.Act | None, ...] | ty.Drop,
+    ) -> Array:
+        if isinstance(turn, ty.Drop):
+            return action == self.moves.turn_count + self._drop(turn)
+        acts = tuple(None if act is None else (act.action, act.fails) for act in turn)
+        return model.is_turn(tables, self.moves, before, action, acts)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
@@ -301,7 +316,7 @@ def assemble(
         sharpness=tuple(sharpness),
         goals=tuple(goals),
         log_prior=log_priors(viewers, len(rows)),
-        forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
+        forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
     )
     moves = model.Moves(
         tuple(c.is_weak for c in spec.characters),

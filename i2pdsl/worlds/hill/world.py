@@ -18,7 +18,7 @@ from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, m
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.record import Trajectory, empty, extended
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
+from i2pdsl.worlds.world import ContinuousWorld, Viewer, forgetting_of, log_priors
 
 Array = Any
 
@@ -138,7 +138,7 @@ def build_hill(
         sigma=np.array([float(v.spec.settings.sigma) for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
         log_prior=log_priors(viewers, len(weights)),
-        forgetting=np.array([float(v.spec.settings.forgetting) for v in viewers]),
+        forgetting=forgetting_of(viewers, [float(v.spec.settings.forgetting) for v in viewers]),
     )
     return HillWorld(spec, tables)
 

@@ -32,6 +32,11 @@ class PlaneKind(Kind):
     def parse(self, source: Source, name: str, files: Files | None = None) -> PlaneSpec:
         return parse_plane(source, name)
 
+    def imagined_otherwise(self, spec: PlaneSpec) -> PlaneSpec:
+        """By the other observer."""
+        other = {"step": "path", "path": "step"}[spec.settings.observer]
+        return spec.with_settings({"observer": other})
+
     def vocabulary(self, spec: PlaneSpec) -> Vocabulary:
         return plane_vocabulary(spec)
 

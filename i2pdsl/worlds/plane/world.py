@@ -19,7 +19,7 @@ from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
 from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, log_priors
+from i2pdsl.worlds.world import ContinuousWorld, Viewer, forgetting_of, log_priors
 
 Array = Any
 
@@ -160,7 +160,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         nodes=nodes,
         log_weights=np.log(weights),
         log_prior=log_priors(viewers, len(rows)),
-        forgetting=np.array([v.spec.settings.forgetting for v in viewers]),
+        forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
     )
     return PlaneWorld(spec, tables, Cast(len(cast), social, any(steps), not all(steps)))
 

@@ -1,8 +1,9 @@
-# Plays a story of i2pdsl in Godot 4.
+# Plays a story of i2pdsl in Godot 4: on maps, in planes and on the hill.
 #
-# Put timeline.json, sprites.json, sprites.png and background.png into one folder of the project,
-# attach this script to a Node2D, and set `folder`. Files of JSON are exported with a game only
-# if the export preset names them (Resources, "*.json").
+# Put the files that came with it (timeline.json; but for the hill also sprites.json, sprites.png
+# and background.png) into one folder of the project, attach this script to a Node2D, and set
+# `folder`. Files of JSON are exported with a game only if the export preset names them
+# (Resources, "*.json").
 #
 # `frame_changed` tells each frame as it begins, with what everybody did and what viewers believe.
 extends Node2D
@@ -14,6 +15,9 @@ signal finished
 @export var speed: float = 1.0
 @export var playing: bool = true
 @export var show_background: bool = true
+# Of the hill: pixels of a unit, and whether the hopper stays in its place and the slope moves.
+@export var unit: float = 16.0
+@export var follow: bool = true
 
 var timeline: Dictionary = {}
 var sheet: Dictionary = {}
@@ -23,10 +27,14 @@ var _texture: Texture2D
 var _actors: Dictionary = {}
 var _marks: Array[Sprite2D] = []
 var _frame: int = -1
+var _time: float = 0.0
 
 
 func _ready() -> void:
 	timeline = _read(folder.path_join("timeline.json"), "i2p-timeline")
+	if timeline.get("world", {}).get("kind") == "hill":
+		_draw_at(0.0)
+		return
 	sheet = _read(folder.path_join("sprites.json"), "i2p-sprites")
 	if timeline.is_empty() or sheet.is_empty():
 		set_process(false)
@@ -68,15 +76,47 @@ func _draw_at(seconds: float) -> void:
 		_frame = number
 		frame_changed.emit(number, timeline["frames"][number])
 	var time := _turn_at(seconds)
+	_time = time
+	queue_redraw()
 	for name in _actors:
 		var key := _sample(timeline["tracks"][name], time)
 		_show(_actors[name], sheet["entities"][name][key["pose"]])
-		_place(_actors[name], key, 0.94)
+		_place(_actors[name], key, sheet["stands"])
 	for i in _marks.size():
 		var track: Array = timeline["marks"][i]["keys"]
 		_marks[i].visible = track[0][0] < time and time < track[-1][0]
 		if _marks[i].visible:
-			_place(_marks[i], _sample(track, time), 0.5)
+			_place(_marks[i], _sample(track, time), [0.5, 0.5])
+
+
+# The bodies of the hill bend, and are drawn through their nodes.
+func _draw() -> void:
+	if not timeline.has("shapes"):
+		return
+	var from := Vector2.ZERO
+	if follow:
+		from = _node(timeline["shapes"][-1]["nodes"][0]) * Vector2(1.0, 0.0)
+		from.y = -from.x * timeline["world"]["rise"]
+	if show_background:
+		var far := Vector2(1.0, -timeline["world"]["rise"]) * 100.0 * unit
+		draw_line(-far, far, Color(0.58, 0.66, 0.42), 0.5 * unit)
+	for shape in timeline["shapes"]:
+		var points := PackedVector2Array()
+		for node in shape["nodes"]:
+			points.append((_node(node) - from) * unit)
+		if shape["closed"]:
+			draw_colored_polygon(points, Color(shape["color"]))
+			points.append(points[0])
+		draw_polyline(points, Color(shape["edge"]), shape["width"] * unit)
+
+
+func _node(node: int) -> Vector2:
+	var nodes: Array = timeline["nodes"]
+	var before := clampi(floori(_time), 0, nodes.size() - 1)
+	var after := mini(before + 1, nodes.size() - 1)
+	var a: Array = nodes[before][node]
+	var b: Array = nodes[after][node]
+	return Vector2(a[0], a[1]).lerp(Vector2(b[0], b[1]), _time - before)
 
 
 func _frame_at(seconds: float) -> int:
@@ -131,9 +171,9 @@ func _bend(ease_name: String, u: float) -> float:
 			return u
 
 
-func _place(sprite: Sprite2D, key: Dictionary, pivot: float) -> void:
+func _place(sprite: Sprite2D, key: Dictionary, stands: Array) -> void:
 	var cell: float = sheet["cell"]
-	sprite.position = Vector2(key["x"] + 0.5, key["y"] + pivot - key["lift"]) * cell
+	sprite.position = Vector2(key["x"] + stands[0], key["y"] + stands[1] - key["lift"]) * cell
 	sprite.rotation = key["angle"] * TAU
 	sprite.scale = key["scale"]
 	sprite.modulate.a = key["opacity"]

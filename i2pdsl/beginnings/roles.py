@@ -1,0 +1,40 @@
+"""Who plays what in a world: the holes of the table of beginnings, filled in. No JAX."""
+
+from __future__ import annotations
+
+from i2pdsl.language.vocabulary import Vocabulary, show_value
+from i2pdsl.worlds.hypotheses import goal_of
+from i2pdsl.worlds.kind import Spec
+
+_CALLED = {"grid": "map"}  # kinds of worlds that animators call otherwise
+
+
+def kind_called(spec: Spec) -> str:
+    """A world's kind as animators call it, of table.KINDS."""
+    return _CALLED.get(spec.kind, spec.kind)
+
+
+def roles_of(spec: Spec, words: Vocabulary) -> dict[str, str]:
+    """The holes (table.py) that a world can fill, and with what."""
+    places = {
+        who: [str(v) for v in words.latents[goal_of(who)].values if v in words.places]
+        for who in words.characters
+        if goal_of(who) in words.latents
+    }
+    found: dict[str, str] = {}
+    social = getattr(spec, "social", None)  # of maps and planes
+    if social is not None:
+        found = {"helper": social.name, "helped": social.toward}
+        if len(places[social.toward]) > 1:
+            found["goal"], found["other"] = places[social.toward][:2]
+    torn = sorted(
+        (who for who in places if len(places[who]) > 1),
+        key=lambda who: (who != found.get("helper"), words.characters.index(who)),
+    )
+    if torn:
+        found["actor"] = torn[0]
+        found["here"], found["there"] = places[torn[0]][:2]
+    if "weight" in words.latents:
+        weights = [v for v in words.latents["weight"].values if isinstance(v, float)]
+        found["light"], found["heavy"] = show_value(min(weights)), show_value(max(weights))
+    return found

@@ -1,0 +1,3 @@
+world smooth
+length 20..24
+maximize P(rho > 0 | script[:T])
