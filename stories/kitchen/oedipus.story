@@ -5,7 +5,7 @@ start at(cheese, pink)
 
 let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 
-maximize oedipus(cheese, G_cheese = pink, scale = 0.08)
+maximize oedipus(cheese, G_cheese = pink, scale = 0.03)
 maximize depict(G_cheese = pink)
 
 # expect mean_{t in 1..3} fortune - mean_{t in 7..9} fortune >= 12

@@ -5,6 +5,7 @@ length 24
 let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 
 maximize riches_to_rags(cheese, G_cheese = pink, scale = 0.08)
+liveliness 0.5
 maximize depict(G_cheese = pink)
 
 # expect mean_{t in 1..3} fortune - mean_{t in 22..24} fortune >= 30
