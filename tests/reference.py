@@ -791,7 +791,7 @@ STORIES = {
     "irony": lambda w, s, T: irony(w, s, GREEN, PINK, HELPS, HINDERS),
     "flashback-help": lambda w, s, T: flashback(w, s, HELPS),
     "flashback-hinder": lambda w, s, T: flashback(w, s, HINDERS),
-    "arc": lambda w, s, T: arc(w, s, T, scale=0.05),
+    "arc": lambda w, s, T: arc(w, s, T, scale=0.1),
 }
 
 
