@@ -3,11 +3,14 @@
 world kitchen
 length 8..14
 
-maximize beats(depict(rho > 0 and G_cheese = pink), depict(rho < 0 and G_cheese = pink))
+maximize beats(1.5 * depict(rho > 0 and G_cheese = pink), depict(rho < 0 and G_cheese = pink))
 
-require eventually [pushes(robot, cheese)]
+# What can be believed more easily would get nearly all frames: kindness counts more, and begins
+# with a push.
+require when [pushes(robot, cheese)] <= 4
+require not [at(cheese, pink) @ script[T]]
 
-# expect max_t P(rho > 0 and G_cheese = pink | script[:t]) >= 0.8
+# expect max_t P(rho > 0 and G_cheese = pink | script[:t]) >= 0.9
 # expect P(rho < 0 and G_cheese = pink | script[:T]) >= 0.9
-# expect sum_t [pushes(robot, cheese) @ script[t]] >= 1
-# expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.8
+# expect sum_t [pushes(robot, cheese) @ script[t]] >= 2
+# expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.9
