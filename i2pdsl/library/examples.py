@@ -367,18 +367,20 @@ def make_all(
         kept = gallery.kept(example)
         if kept is not None:
             shown[example.name] = kept
-    grown(shown, failed)
     missing = [e for e in examples if e.name not in shown]
-    for number, example in enumerate(missing, 1):
-        finished = True
-        with bars.within(f"{number} of {len(missing)}, {example.name}"):
-            try:
-                shown[example.name], finished = gallery.make(example, bars)
-            except StoryError as problem:
-                failed[example.name] = problem.diagnostics[0].message
-            except KeyboardInterrupt:
-                return shown, failed, False
+    try:
         grown(shown, failed)
-        if not finished:
-            return shown, failed, False
+        for number, example in enumerate(missing, 1):
+            finished = True
+            with bars.within(f"{number} of {len(missing)}, {example.name}"):
+                try:
+                    shown[example.name], finished = gallery.make(example, bars)
+                except StoryError as problem:
+                    failed[example.name] = problem.diagnostics[0].message
+            grown(shown, failed)
+            if not finished:
+                return shown, failed, False
+    except KeyboardInterrupt:  # wherever it came: the page has all that was made
+        grown(shown, failed)
+        return shown, failed, False
     return shown, failed, True
