@@ -139,7 +139,7 @@ _ON_MAPS = (
          ("Sense comes first: without this the two would dance to and fro.", "rationality 3")),
     ),
     Beginning(
-        "suspense", "each next step may show whether {helper} means harm", "suspenseful", 12,
+        "suspenseful", "each next step may show whether {helper} means harm", "suspenseful", 12,
         (("Viewers shall expect that the next frame will tell them much about {helper}.",
           "maximize suspenseful(rho)"),
          ("To look ahead takes time: fewer first pictures are tried.",
