@@ -344,6 +344,7 @@ def _prove(story: TypedStory, library: Source, folder: Path, name: str, call: st
     check_unused(program, module, None, problems.append)
     elaborator = Elaborator(story.vocabulary, story.length, problems.append)
     elaborator.assumption, elaborator.audiences = story.assumption, story.audiences
+    elaborator.weight = 1.0 if story.longest else None
     item = next(p for p in program.of(ast.Pattern) if p.name.id == name)
     around = Module(story.source, {**story.module.names, name: Definition(item, module)})
     value: ty.Typed | None = None

@@ -147,7 +147,7 @@ def test_an_example_calls_its_world_by_its_name(folder: Path) -> None:
     (dark,) = (r for r in library.patterns if r["name"] == "dark")
     (example,) = examples_of(library, dark, ["yard"])
     assert example.source == ("world yard\nimport moods\nlength 4\nmaximize dark(G_cart = red)\n")
-    place = Gallery(folder / "book", library, print).unpacked(str(folder / "alone"))
+    place = Gallery(folder / "book", library, print, 1).unpacked(str(folder / "alone"))
     story = check_source(Source("example", example.source), find_vocabulary, place)
     assert story.warnings == ()
 
