@@ -43,13 +43,9 @@ def complete_line(text: str, offset: int, state: State) -> list[Completion]:
             for name, kind, signature, about in words
             if name.startswith(first)
         ]
-        if not head:
-            found += complete("", 0, around, "file")
-            found = [replace(c, start=offset, end=offset) for c in found]
-        else:
-            whole = complete(head, len(head), around, "file")
-            words_of_stories = [c for c in whole if c.text in _STATEMENTS]
-            found += [replace(c, start=skipped, end=offset) for c in words_of_stories]
+        whole = complete(head, len(head), around, "file")
+        words_of_stories = [c for c in whole if c.text in _STATEMENTS]
+        found += [replace(c, start=skipped, end=offset) for c in words_of_stories]
     return found + complete(text, offset, around, "expression")
 
 

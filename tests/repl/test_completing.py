@@ -50,7 +50,7 @@ def offered(session: Session, line: str) -> set[str]:
         ("pl", {"plot", "play", "plausibility"}),
         ("sh", {"show", "shared_secret"}),
         ("so", {"solve"}),
-        ("  un", {"undo"}),
+        ("  un", {"undo", "unpin"}),
         ("h", {"help"}),
         ("q", {"quit"}),
         ("w", {"when", "why", "world"}),
