@@ -373,7 +373,7 @@ def test_stories_by_hand(small, story):
     calm = ref.arc(small, story, 4, steady=0)
     kl = sum(ref.KL(small, story, t - 1, t) for t in (1, 2, 3))
     assert ref.arc(small, story, 4) == close(calm - 0.1 * kl)
-    assert value["arc"] == close(2.5 * calm - 0.1 * kl)
+    assert value["arc"] == close(5 * calm - 0.1 * kl)
     sines = [0.7071067811865476, -1, 0.7071067811865476]  # of 3 pi t / 4
     values = [ref.EV(small, story, t, "robot") for t in (1, 2, 3)]
     assert calm == close(0.02 * sum(s * v for s, v in zip(sines, values, strict=True)))
