@@ -23,7 +23,11 @@ from i2pdsl.language.override import override
 from i2pdsl.language.statements import Source, StoryError
 from worlds_for_tests import STORIES, kitchen_text, with_small_world
 
-HELP = "world small\nlength 4\nmaximize sum_t P(rho > 0 | script[:t])\n"
+HELP = """world small
+length 4
+maximize sum_t P(rho > 0 | script[:t])
+search beam(starts = 50, polish = 1)
+"""
 WALK = "world small\nlength 3\nsearch naive\n"
 
 

@@ -12,7 +12,14 @@ from i2pdsl.answers import Answer
 from i2pdsl.errors import StoryError
 from i2pdsl.pipeline import Result, Script, Story, load
 
-FRIEND = "world maze\nlength 6\n\nlet friend = rho > 0\n\nmaximize depict(friend)\n"
+FRIEND = """world maze
+length 6
+
+let friend = rho > 0
+
+maximize depict(friend)
+search beam(starts = 50, polish = 1)
+"""
 
 
 def test_a_story_becomes_three_variables_and_a_player(notebook: Any) -> None:
