@@ -33,7 +33,11 @@ from i2pdsl.worlds.grid.script import APART, distance
 from worlds_for_tests import SMALL_MAP, kitchen_text, planned, small_kitchen
 
 WORLD = kitchen_text(SMALL_MAP, gamma="0.9")
-HELP = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\n"
+HELP = """world small
+length 5
+maximize sum_t P(rho > 0 | script[:t])
+search beam(starts = 50, polish = 1)
+"""
 WALK = "world small\nlength 4\nsearch naive\n"
 
 
@@ -139,7 +143,7 @@ def test_answers_say_no_minus_zero_and_no_nan(result: i2pdsl.Result) -> None:
 
 def test_what_a_viewer_holds_for_impossible_is_no_condition(folder: Path) -> None:
     text = HELP + "audience average(bayesian, bayesian(prior = if rho > 0 then 0 else 1))\n"
-    script = story(folder, text + "search beam(starts = 5)\n").solve().script
+    script = story(folder, text).solve().script
     again = i2pdsl.Script.load(script.save(folder / "possible.json"))
     for each in (script, again):
         for asked in ("rho > 0", "rho = 3", "rho in {1, 3} and G_robot = pink"):

@@ -14,7 +14,14 @@ from render.conftest import chromium, open_page
 
 __all__ = ["chromium", "open_page"]  # fixtures
 
-FRIEND = "world maze\nlength 6\n\nlet friend = rho > 0\n\nmaximize depict(friend)\n"
+FRIEND = """world maze
+length 6
+
+let friend = rho > 0
+
+maximize depict(friend)
+search beam(starts = 50, polish = 1)
+"""
 
 
 class Cell(NamedTuple):
