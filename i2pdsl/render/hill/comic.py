@@ -17,7 +17,7 @@ from i2pdsl.render.raster import text_width
 PANEL = 360.0  # pixels wide
 GHOSTS, GHOST_SECONDS = 3, 0.6  # earlier poses behind each pose, and how far apart in time
 LABEL = 150.0  # pixels for a performance's name beside its row
-LINES = 4  # of a name, at most
+LINES = 4  # of a name or a caption, at most
 
 
 def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> str:
@@ -29,7 +29,7 @@ def comic_svg(performance: Performance, frames: Sequence[int], title: str) -> st
     high = PANEL * view.height / view.width
     tags = [_seconds(performance, frame) for frame in frames]
     room = PANEL - max(text_width(tag, TEXT, True) for tag in tags) - 30
-    texts = [wrapped(performance.caption(frame), TEXT, room) for frame in frames]
+    texts = [wrapped(performance.caption(frame), TEXT, room, LINES) for frame in frames]
     band = 14 + 1.3 * TEXT * max(len(lines) for lines in texts)
     top = GUTTER + TITLE * 1.6
     panels = []
