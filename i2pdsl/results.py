@@ -102,7 +102,7 @@ def chosen_of_lengths(
         story = replace(task.story, search=plan)
         brief = replace(task, story=story, whole=task.objective, effort=1)
         best, *_ = ranked(brief, search.solve(brief, seed, 1), seed)
-        first.append((len(best.unmet), -_worth(best), number))
+        first.append((*_by_score(best), number))
     found: list[tuple[Script, Judgement]] = []
     finished = True
     for _, _, number in sorted(first)[:IN_FULL]:
@@ -110,7 +110,7 @@ def chosen_of_lengths(
             scripts, judgements, finished = chosen(tasks[number], search, seed, count, choose)
             found += zip(scripts, judgements, strict=True)
     best_score = max(_worth(script) for script, _ in found)
-    by_score = lambda each: (len(each[0].unmet), -_worth(each[0]))
+    by_score = lambda each: _by_score(each[0])
     by_panel = lambda each: _place(best_score, *each)
     kept = sorted(found, key=by_score if choose == "score" else by_panel)[:count]
     return [script for script, _ in kept], [judgement for _, judgement in kept], finished
@@ -136,6 +136,11 @@ def _worth(script: Script) -> float:
     return -np.inf if script.score is None or np.isnan(script.score) else script.score
 
 
+def _by_score(script: Script) -> tuple[int, float]:
+    """Where a script stands by the story's own objective: first what it breaks, then its score."""
+    return len(script.unmet), -_worth(script)
+
+
 def ranked(task: Task, found: Found, seed: int) -> list[Script]:
     """Scripts from what a search found, best first. Raises StoryError where none has a value."""
     whole = whole_file(task.story.source.name)
@@ -150,7 +155,7 @@ def ranked(task: Task, found: Found, seed: int) -> list[Script]:
     if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
         message = "the objective has no finite value for any script that was found"
         raise error("objective", message, whole, "look for a logarithm of 0 or a division by 0")
-    return sorted(scripts, key=lambda s: (len(s.unmet), -_worth(s)))
+    return sorted(scripts, key=_by_score)
 
 
 def _scored(task: Task, path: Trajectory, seed: int) -> Script:
