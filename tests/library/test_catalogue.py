@@ -91,9 +91,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+BRIEFLY = ("--world", "fork", "--seeds", "1")
+
+
 def write(place: Path, i2p: Run, *more: str) -> dict[str, Any]:
-    done = i2p("patterns", place / "sides.i2plib", "--page", place / "book", "--world", "fork",
-               "--json", "--seeds", "1", *more)  # fmt: skip
+    done = i2p(
+        "patterns", place / "sides.i2plib", "--page", place / "book", *BRIEFLY, "--json", *more
+    )
     assert done.status == 0, done.err
     return json.loads(done.out)
 
@@ -250,16 +254,7 @@ def test_ctrl_c_between_seeds_shows_the_best_so_far(
 
 def test_bars_say_which_example_of_how_many(place: Path, tmp_path: Path) -> None:
     done = on_a_terminal(
-        *(
-            "patterns",
-            place / "sides.i2plib",
-            "--seeds",
-            "1",
-            "--page",
-            tmp_path,
-            "--world",
-            "fork",
-        ),
+        *("patterns", place / "sides.i2plib", "--page", tmp_path, *BRIEFLY),
         until="2 of 3, other-fork: ",
     )
     assert done.status == 130
@@ -357,12 +352,9 @@ def test_a_library_is_called_what_its_file_is(place: Path, tmp_path: Path, i2p: 
     done = i2p(
         "patterns",
         library,
-        "--seeds",
-        "1",
         "--page",
         tmp_path / "book",
-        "--world",
-        "fork",
+        *BRIEFLY,
         "--json",
     )
     assert json.loads(done.out)["failed"] == {}
@@ -375,16 +367,7 @@ def test_no_link_in_the_folder_is_followed(place: Path, tmp_path: Path, i2p: Run
     book, outside = tmp_path / "book", tmp_path / "outside"
     book.mkdir()
     outside.mkdir()
-    arguments = (
-        "patterns",
-        place / "sides.i2plib",
-        "--seeds",
-        "1",
-        "--page",
-        book,
-        "--world",
-        "fork",
-    )
+    arguments = ("patterns", place / "sides.i2plib", "--page", book, *BRIEFLY)
     (book / "pictures").symlink_to(outside)
     done = i2p(*arguments)
     assert done.status == 1
@@ -493,9 +476,7 @@ def test_hostile_texts_of_a_library_are_escaped(tmp_path: Path, i2p: Run) -> Non
     )
     story = STORY.replace("# The robot", f"# {HOSTILE} </pre>\n# The robot")
     (folder / f"{name.replace('/', '')}.story").write_text(story, encoding="utf-8")
-    done = i2p(
-        "patterns", folder, "--seeds", "1", "--page", tmp_path / "book", "--world", "fork", "--json"
-    )
+    done = i2p("patterns", folder, "--page", tmp_path / "book", *BRIEFLY, "--json")
     assert done.status == 0, done.err
     assert json.loads(done.out)["failed"] == {}
     for path in sorted((tmp_path / "book").rglob("*.html")):
@@ -518,16 +499,7 @@ def test_pictures_of_a_world_that_lies_in_a_folder(tmp_path: Path, i2p: Run) -> 
 def test_a_story_of_a_library_that_cannot_be_made(place: Path, tmp_path: Path, i2p: Run) -> None:
     forgery = Forgery((place / "sides.i2plib").read_bytes())
     library = tmp_path / "sides.i2plib"
-    arguments = (
-        "patterns",
-        library,
-        "--seeds",
-        "1",
-        "--page",
-        tmp_path / "book",
-        "--world",
-        "fork",
-    )
+    arguments = ("patterns", library, "--page", tmp_path / "book", *BRIEFLY)
     forgery.text("door.story", STORY.replace("length 4", "length 0"))
     library.write_bytes(forgery.zipped())
     done = i2p(*arguments)
