@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -26,6 +25,7 @@ from i2pdsl.programs import Program, Say, compiled_program
 from i2pdsl.search.pool import Rule, grown
 from i2pdsl.search.rollout import root
 from i2pdsl.search.rounds import Block, rounds
+from i2pdsl.search.workers import Workers
 from i2pdsl.sizes import memory_limit, padded_size, processors
 from i2pdsl.worlds.world import World, single_precision
 
@@ -109,27 +109,25 @@ def beam_search(
     found = np.zeros((len(every), length), np.int32)
     searched = np.zeros(len(every), bool)
     total, done, finished = len(starts) * width + more.budget, 0, True
-    workers = ThreadPoolExecutor(min(WORKERS, processors()))
     try:
-        for blocks in rounds(len(starts), width, ready.places, more.budget, best):
-            ahead = [workers.submit(ready.search, every, block, length) for block in blocks]
-            for block, each in zip(blocks, ahead, strict=True):
-                scores, actions = each.result()
-                better = ~searched[block.starts] | (scores > best[block.starts])
-                better_starts = block.starts[better]
-                best[better_starts], found[better_starts] = scores[better], actions[better]
-                searched[block.starts] = True
-                done = min(total, done + len(block.starts) * block.width)
-                if report is not None:
-                    report(done, total)
+        with Workers(min(WORKERS, processors())) as workers:
+            for blocks in rounds(len(starts), width, ready.places, more.budget, best):
+                calls = [partial(ready.search, every, block, length) for block in blocks]
+                for block, each in zip(blocks, workers.in_turn(calls), strict=True):
+                    scores, actions = each
+                    better = ~searched[block.starts] | (scores > best[block.starts])
+                    better_starts = block.starts[better]
+                    best[better_starts], found[better_starts] = scores[better], actions[better]
+                    searched[block.starts] = True
+                    done = min(total, done + len(block.starts) * block.width)
+                    if report is not None:
+                        report(done, total)
         if report is not None and done < total:
             report(total, total)
     except KeyboardInterrupt:
         if not searched.any():
             raise
         finished = False
-    finally:
-        workers.shutdown(cancel_futures=True)
     order = np.flatnonzero(searched)
     order = order[np.argsort(-best[order], kind="stable")]
     return Found(every[order], found[order], best[order], finished, ready.seconds)
