@@ -55,9 +55,14 @@ class Program:
     is_new: bool
 
 
-# How hard LLVM tries: BRIEF programs are compiled in half the time of LASTING ones and run four to
-# seven times as long; the usual level (2 or 3) takes longer than LASTING for nothing.
-BRIEF, LASTING = "0", "1"
+# How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones (the
+# kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Half of that is due to the
+# emitters, which make LLVM's input by way of MLIR. The usual level (2 or 3) takes longer than
+# LASTING for nothing.
+Options = dict[str, str | bool]
+LEVEL = "xla_backend_optimization_level"
+BRIEF: Options = {LEVEL: "0", "xla_cpu_use_fusion_emitters": False}
+LASTING: Options = {LEVEL: "1"}
 
 _memory: dict[tuple[str, bool], Program] = {}
 
@@ -188,10 +193,15 @@ def _compile(
     key: tuple[Any, ...],
     function: Callable[..., list[Array]],
     shapes: list[jax.ShapeDtypeStruct],
-    level: str,
+    options: Options,
 ) -> jax.stages.Compiled:
     lowered = jax.jit(function).lower(*shapes)
-    return lowered.compile(compiler_options={"xla_backend_optimization_level": level})
+    try:
+        return lowered.compile(compiler_options=options)
+    except jax.errors.JaxRuntimeError as problem:
+        if "No such compile option" not in str(problem):  # options of XLA come and go
+            raise
+    return lowered.compile(compiler_options={LEVEL: options[LEVEL]})
 
 
 def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., Any] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-test-cache"))
@@ -12,6 +13,12 @@ os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-
 import pytest
 
 from commands_for_tests import I2P, Outcome, Run
+from fuzz_for_tests import FULL
+
+# Half of what XLA takes to compile is LLVM's input, made by way of MLIR: in `make test` it is made
+# directly, as programs that run briefly are made for users too (i2pdsl/programs.py).
+if not FULL:
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (
@@ -48,3 +55,12 @@ def i2p(capfd: pytest.CaptureFixture[str]) -> Run:
         return Outcome(status, out, err)
 
     return run
+
+
+@pytest.fixture
+def search_once() -> Iterator[None]:
+    """For tests that any script will do for."""
+    from searches_for_tests import searching_once
+
+    with searching_once():
+        yield

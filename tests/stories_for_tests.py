@@ -10,16 +10,16 @@ The bar is meant for the median over 8 seeds.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from fuzz_for_tests import FULL
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.film import film_of
 from i2pdsl.pipeline import Story, load
+from searches_for_tests import with_polish
 from worlds_for_tests import STORIES
 
 BARE = "".join(f"{term} 0\n" for term in Weights._fields)
@@ -69,12 +69,7 @@ def name(path: Path) -> str:
 
 @cache
 def story(path: Path) -> Story:
-    """A story; in `make test` its beams look again no more than three times as long."""
-    found = load(path)
-    plan = found.typed.search
-    if FULL or plan.polish <= BRIEFLY:
-        return found
-    return replace(found, typed=replace(found.typed, search=replace(plan, polish=BRIEFLY)))
+    return with_polish(load(path), BRIEFLY)
 
 
 @cache

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lark.exceptions import UnexpectedInput
+from lark.parsers.lalr_interactive_parser import InteractiveParser
 from lark.utils import TextSlice
 
 from fuzz_for_tests import examples
@@ -94,12 +96,28 @@ def accepted(text: str, completed: int) -> bool:
     """Whether the grammar accepts the statement in which a text was completed, up to its end."""
     first_column = completed == 0 or text[completed - 1] == "\n"
     start = statement_start(text if first_column else text[:completed])
-    parser = grammar().parse_interactive(TextSlice(text, start, len(text)), "statement")
+    parser = read(text[: max(start, completed)], start).copy(deepcopy_values=False)
+    parser.lexer_thread.state.text = TextSlice(text, start, len(text))  # it goes on from there
     try:
         parser.exhaust_lexer()
     except UnexpectedInput:
         return False
     return True
+
+
+@lru_cache(maxsize=1)
+def read(text: str, start: int) -> InteractiveParser:
+    """The parser that has read a text from `start` on, but for its last token: what that is may
+    depend on what follows."""
+    parser = grammar().parse_interactive(TextSlice(text, start, len(text)), "statement")
+    tokens = parser.lexer_thread.lex(parser.parser_state)
+    before = now = parser.copy(deepcopy_values=False)
+    with suppress(UnexpectedInput):
+        for token in tokens:
+            before = now
+            parser.feed_token(token)
+            now = parser.copy(deepcopy_values=False)
+    return before
 
 
 @lru_cache(maxsize=64)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from fuzz_for_tests import FULL
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.language.format import format_source
@@ -154,9 +155,10 @@ WORLD_PARTS = {
 
 def grows_as_the_text(work: Callable[[str], object], text: Callable[[int], str]) -> None:
     """Four times the text take about four times as long; twice that is for a busy machine."""
-    short, long = text(10_000), text(40_000)
+    size = 10_000 if FULL else 5_000
+    short, long = text(size), text(4 * size)
     few = seconds(2, lambda: work(short))
-    assert seconds(1, lambda: work(long)) < 8 * few + 0.3
+    assert seconds(1, lambda: work(long)) < 8 * few + size * 3e-5
 
 
 def story_work(text: str) -> None:

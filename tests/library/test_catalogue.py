@@ -94,6 +94,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 BRIEFLY = ("--world", "fork", "--seeds", "1")
 
 
+pytestmark = pytest.mark.usefixtures("search_once")  # how good the examples are is not asked here
+
+
 def write(place: Path, i2p: Run, *more: str) -> dict[str, Any]:
     done = i2p(
         "patterns", place / "sides.i2plib", "--page", place / "book", *BRIEFLY, "--json", *more

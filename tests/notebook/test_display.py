@@ -112,7 +112,7 @@ def test_a_script_shows_its_page_and_its_comic(
 
 def test_any_text_in_a_story_stays_text(friend: Result) -> None:
     hostile = "# '</iframe><script>window.x = 1</script>\" &amp; <b>\n"
-    text = f"{hostile}world maze\nlength 2\nmaximize depict(rho > 0)\n"
+    text = f"{hostile}world maze\nlength 2\nsearch naive\n"
     script = story_from(Source("'\"<b>&", text)).solve().script
     html = bundle(script)["text/html"]
     assert [tag for tag, _ in Reader(html).elements] == ["div", "img", "iframe"]

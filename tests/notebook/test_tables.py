@@ -196,7 +196,7 @@ def test_a_missing_library_is_said_with_how_to_get_it() -> None:
 
 def test_commands_import_nothing_of_this(tmp_path) -> None:
     """`import i2pdsl` and a question at the command line load neither tables nor notebooks."""
-    story = "world maze\nlength 2\nmaximize depict(rho > 0)\n"
+    story = "world maze\nlength 2\nsearch naive\n"
     (tmp_path / "a.story").write_text(story, encoding="utf-8")
     code = (
         "import sys, i2pdsl\n"

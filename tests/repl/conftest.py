@@ -11,15 +11,22 @@ from i2pdsl.pipeline import Result, load
 from i2pdsl.repl.session import Session
 from i2pdsl.repl.showing import Asked, Moved, Plotted, Reply, Tabled, Text
 from i2pdsl.scripts import Script
+from searches_for_tests import searching_once
 from worlds_for_tests import STORIES
 
 HELP = STORIES / "kitchen" / "help.story"
 
 
+@pytest.fixture(autouse=True)
+def _search_once(search_once: None) -> None:
+    """Sessions find what `solved_help` is."""
+
+
 @pytest.fixture(scope="session")
 def solved_help() -> Result:
     """help.story, made in Python."""
-    return load(HELP).solve(seed=0)
+    with searching_once():
+        return load(HELP).solve(seed=0)
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +34,8 @@ def helped() -> Session:
     """A session in which help.story was opened and asked something."""
     session = Session()
     session.open(str(HELP))
-    assert not session.run("P(rho > 0 | script[:T])").diagnostics
+    with searching_once():
+        assert not session.run("P(rho > 0 | script[:T])").diagnostics
     session.past.clear()
     return session
 

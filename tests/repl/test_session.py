@@ -206,7 +206,7 @@ def test_audiences_come_and_go_by_their_names(session: Session) -> None:
     right(session, "audience insider = bayesian(given = G_cheese = pink)")
     pink = asked(session, "entropy[insider](script[:2])")
     usual = asked(session, "entropy(script[:2])")
-    right(session, "audience bayesian(beta = 0.5)")
+    right(session, "audience bayesian(forgetting = 0.1)")
     assert asked(session, "entropy(script[:2])") != pytest.approx(usual)
     right(session, "audience insider = bayesian(given = G_cheese = green)")
     assert asked(session, "entropy[insider](script[:2])") != pytest.approx(pink)
