@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from commands_for_tests import Run, on_a_terminal
-from hill_for_tests import DESCENT
+from hill_for_tests import BRIEFLY, DESCENT
 from i2pdsl.cli import DONE, INTERRUPTED, WRONG
 from i2pdsl.planning.actor_critic import Recipe
 from i2pdsl.worlds.hill import training
-from worlds_for_tests import STORIES
 
 MIME = f"""world hill(weight = 0.1)
 length 20
@@ -24,7 +25,8 @@ maximize depict(heavy)
 """
 
 
-MIME_OF_ALL = STORIES / "hill" / "mime.story"  # of seven windows
+# Of ten windows, each of a second.
+LONG = MIME.replace("length 20", "length 200").replace("steps = 2", "steps = 20")
 
 
 @pytest.fixture
@@ -145,6 +147,7 @@ def test_train_stores_what_a_story_then_uses(
     """Three weights on another slope, hardly trained at all."""
     monkeypatch.setenv("I2PDSL_CACHE", str(place / "cache"))
     monkeypatch.setattr(training, "FRAMES", 20)
+    monkeypatch.setattr(training, "improve_often", BRIEFLY)
     changes = ("--set", "weights={0.1,0.3,0.5}", "--set", "slope=0.2")
     done = i2p("train", "hill", *changes, "--iterations", "2", "--json")
     assert done.status == DONE, done.err
@@ -161,18 +164,45 @@ def test_train_stores_what_a_story_then_uses(
 
 
 def test_an_interrupted_run_keeps_what_it_has(place: Path) -> None:
-    done = on_a_terminal("run", MIME_OF_ALL, "--format", "", until="searching:")
+    (place / "mime.story").write_text(LONG, encoding="utf-8")
+    done = on_a_terminal("run", "mime.story", "--format", "", until="searching:")
     assert done.status == INTERRUPTED, done.err
     assert "interrupted: the best of what was searched so far is kept" in done.err
     assert "mime (seed 0): score" in done.out
 
 
+FOREVER = ("train", "hill", "--iterations", "100000", "--set", "slope=0.15")
+
+
+@pytest.mark.slow
 def test_an_interrupted_training_keeps_what_it_has(place: Path) -> None:
     environment = {**os.environ, "I2PDSL_CACHE": str(place / "cache")}
-    command = ("train", "hill", "--iterations", "100000", "--set", "slope=0.15")
-    done = on_a_terminal(*command, until="training:", env=environment)
+    done = on_a_terminal(*FOREVER, until="training:", env=environment)
     assert done.status == INTERRUPTED, done.err
     assert "interrupted: the best so far is kept" in done.err
+    assert list((place / "cache" / "controllers").glob("*.npz"))
+
+
+def test_a_signal_while_it_trains_keeps_what_there_is(
+    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same in this process, in small pieces."""
+    monkeypatch.setenv("I2PDSL_CACHE", str(place / "cache"))
+    monkeypatch.setattr(training, "FRAMES", 20)
+    monkeypatch.setattr(training, "CHUNK", 2)
+    pieces = []
+
+    def improve(*given: Any) -> Any:
+        pieces.append(BRIEFLY(*given))
+        if len(pieces) == 2:
+            signal.raise_signal(signal.SIGINT)
+        return pieces[-1]
+
+    monkeypatch.setattr(training, "improve_often", improve)
+    done = i2p(*FOREVER)
+    assert done.status == INTERRUPTED, done.err
+    assert "interrupted: the best so far is kept" in done.err
+    assert len(pieces) == 2
     assert list((place / "cache" / "controllers").glob("*.npz"))
 
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import hill_reference as reference
+from hill_for_tests import BRIEFLY
 from i2pdsl.planning import actor_critic, store
-from i2pdsl.planning.actor_critic import Environment, Recipe, Segment, begin, improve_often
+from i2pdsl.planning.actor_critic import Environment, Recipe, Segment, begin
 from i2pdsl.planning.networks import apply_network, random_network
 from i2pdsl.worlds.hill import training
 from i2pdsl.worlds.hill.spec import HillSpec
@@ -94,7 +95,7 @@ def test_it_learns_to_go_where_it_is_paid() -> None:
     )
     environment = point_mass()
     before = begin(environment, recipe, 0)
-    after, _ = improve_often(environment, recipe, 300, before)
+    after, _ = BRIEFLY(environment, recipe, 300, before)
     places = jnp.linspace(-1.0, 1.0, 9)[None]
     push = np.asarray(apply_network(after.policy, places))[0]
     assert (push[:3] > 0.5).all()
@@ -106,9 +107,9 @@ def test_it_learns_to_go_where_it_is_paid() -> None:
 
 def test_all_of_it_is_the_same_for_the_same_seed_and_for_pieces() -> None:
     environment = point_mass()
-    whole, _ = improve_often(environment, SMALL, 6, begin(environment, SMALL, 3))
-    half, _ = improve_often(environment, SMALL, 3, begin(environment, SMALL, 3))
-    both, _ = improve_often(environment, SMALL, 3, half)
+    whole, _ = BRIEFLY(environment, SMALL, 6, begin(environment, SMALL, 3))
+    half, _ = BRIEFLY(environment, SMALL, 3, begin(environment, SMALL, 3))
+    both, _ = BRIEFLY(environment, SMALL, 3, half)
     for a, b in zip(jax.tree.leaves(whole), jax.tree.leaves(both), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-6)
 
@@ -126,6 +127,7 @@ def quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(training, "FRAMES", 12)
     monkeypatch.setattr(training, "ROLLOUTS", 6)
     monkeypatch.setattr(training, "CHUNK", 2)
+    monkeypatch.setattr(training, "improve_often", BRIEFLY)
     monkeypatch.setattr(training, "hill_environment", SAME_HILL)
     monkeypatch.setattr(training, "looker", SAME_LOOKER)
     return tmp_path
