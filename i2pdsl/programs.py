@@ -55,8 +55,8 @@ class Program:
     is_new: bool
 
 
-# How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones (the
-# kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Half of that is due to the
+# How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones
+# (the kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Much of that are the
 # emitters, which make LLVM's input by way of MLIR. The usual level (2 or 3) takes longer than
 # LASTING for nothing.
 Options = dict[str, str | bool]

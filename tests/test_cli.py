@@ -664,7 +664,7 @@ def test_progress_is_shown_on_a_terminal_only(place: Path, tmp_path: Path) -> No
     assert status == DONE
     assert json.loads(out)["cached"] is False
     assert "planning robot" in shown
-    command = ["run", "help.story", "--json", "--format", "gif", "--set", "length=2"]
+    command = ["run", "help.story", "--json", "--format", "gif"]
     status, out, shown = on_a_terminal(*command)
     assert status == DONE
     assert json.loads(out)["story"] == "help"

@@ -19,7 +19,9 @@ from commands_for_tests import I2P, PATIENCE, Run, process
 from i2pdsl.cli import DONE, INTERRUPTED, WRONG
 from i2pdsl.computing import computing
 
-LEFT = "world fork\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])\n"
+LEFT = (
+    "world fork\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])\nsearch beam(polish = 0)\n"
+)
 
 
 @pytest.fixture

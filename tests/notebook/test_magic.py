@@ -117,7 +117,9 @@ def test_a_mistake_in_a_pattern_shows_both_its_places(notebook: Any) -> None:
 
 def test_mistakes_when_solving_are_told_too(notebook: Any) -> None:
     never = "sum_t log([moved(robot) @ script[t]] - 1)"
-    done = notebook.run(f"%%story\nworld fork\nlength 3\nmaximize {never}\nsearch beam(starts = 1)\n")
+    done = notebook.run(
+        f"%%story\nworld fork\nlength 3\nmaximize {never}\nsearch beam(starts = 1)\n"
+    )
     assert isinstance(done.error, StoryError)
     assert "no finite value" in done.out
 

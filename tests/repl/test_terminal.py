@@ -126,9 +126,11 @@ def terminal(tmp_path: Path) -> Iterator[Open]:
         each.close()
 
 
-def test_a_session(terminal: Open) -> None:
+def test_a_session(terminal: Open, tmp_path: Path) -> None:
     """Answers, a mistake, several lines, the menu, and the end: one start of the program."""
-    one = terminal(str(HELP))
+    story = tmp_path / "help.story"
+    story.write_text(f"{HELP.read_text(encoding='utf-8')}search beam(polish = 0)\n")
+    one = terminal(str(story))
     text = one.until(lambda text: "help.story" in text.splitlines()[-1])  # the toolbar
     assert "`help` explains, Ctrl-D leaves" in text
 
@@ -221,7 +223,7 @@ def test_interrupting_a_search(terminal: Open, tmp_path: Path) -> None:
     story = tmp_path / "long.story"
     story.write_text(
         "world kitchen\nlength 15\nmaximize depict(rho > 0)\n"
-        "search beam(starts = 100000, width = 1)\n"
+        "search beam(starts = 100000, polish = 0)\n"
     )
     one = terminal(str(story))
     before = one.prompts()

@@ -111,7 +111,7 @@ def test_gradients_of_objectives_are_finite_differences(objective: str) -> None:
             (node, frame), _ = jax.lax.scan(step, (node, none), actions)
             return compiled.score(tables, params, node.carry, frame)
 
-        both = jax.jit(jax.value_and_grad(score))
+        both = jax.jit(jax.value_and_grad(score), compiler_options=programs.BRIEF)
         score = lambda actions: both(actions)[0]
         point = jnp.asarray(path.actions)
         gradient = np.asarray(both(point)[1])

@@ -23,7 +23,10 @@ from i2pdsl.worlds.world import Viewer
 from plane_for_tests import DESK, wandered
 from worlds_for_tests import with_small_world
 
-TEXT = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\nsearch beam(starts = 60)\n"
+TEXT = (
+    "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\n"
+    "search beam(starts = 60, polish = 1)\n"
+)
 
 
 @pytest.fixture(scope="module")

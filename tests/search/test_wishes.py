@@ -25,9 +25,12 @@ maximize sum_t P(rho > 0 | script[:t])  # a friend
 maximize 3 * sum_{t in 3..5}
     P(rho < 0 | script[:t])
 minimize [at(robot, pink) @ script[T]]
-search beam(starts = 60)
+search beam(starts = 60, polish = 1)
 """
-ONE = "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\nsearch beam(starts = 60)\n"
+ONE = (
+    "world small\nlength 5\nmaximize sum_t P(rho > 0 | script[:t])\n"
+    "search beam(starts = 60, polish = 1)\n"
+)
 
 
 @pytest.fixture(scope="module")
