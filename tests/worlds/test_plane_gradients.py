@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from i2pdsl.audience.filter import update
+from i2pdsl.programs import BRIEF
 from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 
 FRAMES = 6
@@ -33,7 +34,7 @@ def believing(name, observer):
 
         return jax.lax.scan(frame, (start, world.log_prior(tables)), actions)[1].sum()
 
-    return world, jax.jit(jax.value_and_grad(total, argnums=1))
+    return world, jax.jit(jax.value_and_grad(total, argnums=1), compiler_options=BRIEF)
 
 
 @pytest.mark.parametrize(("name", "observer"), CASES)
@@ -72,6 +73,7 @@ def test_single_precision_believes_the_same(name):
     states, actions = wandered(world, 20, spread=0.5)
     frames = (states[:-1], actions, states[1:])
     exact = world.log_rows(world.tables, *frames)
-    single = world.log_rows(world.search_tables, *(jnp.asarray(a, jnp.float32) for a in frames))
+    rows = jax.jit(world.log_rows, compiler_options=BRIEF)
+    single = rows(world.search_tables, *(jnp.asarray(a, jnp.float32) for a in frames))
     for a, b in zip(exact, single, strict=True):
         assert np.allclose(a, b, atol=5e-3)
