@@ -18,6 +18,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "success": c.success,
                 "goals": list(c.goals),
                 "pushes": list(c.pushes),
+                **({"pulls": list(c.pulls)} if c.pulls else {}),
                 "toward": c.toward,
                 "models": c.models,
             }
@@ -35,6 +36,7 @@ def in_words(spec: GridSpec) -> list[str]:
     for c in spec.characters:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
+        pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else ''}")

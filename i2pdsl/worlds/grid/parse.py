@@ -12,6 +12,7 @@ from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of, shorten
 from i2pdsl.language.naming import same_name
+from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
@@ -33,6 +34,9 @@ from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 EVENTS = ("deus",)
+TOGETHER = "together"
+MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
+Cell = tuple[int, int]
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
 
@@ -62,6 +66,7 @@ class _Reader(MapReader):
     """Turns the blocks of a file into a GridSpec."""
 
     unknown_symbols = False  # whether the map has symbols of no tile
+    together = False  # whether the characters act at the same time
     sprites: Sprites
 
     def world(self, name: str, documentation: str) -> GridSpec | None:
@@ -101,8 +106,10 @@ class _Reader(MapReader):
             documentation,
             self.source.text,
             look,
+            self.walls_between(rows),
+            self.together,
         )
-        needed = len(characters) + sum(not t.may_be_absent for t in things)
+        needed = len(characters) + sum(t.count for t in things if not t.may_be_absent)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)
             message = f"the map has {free or 'no'} free cell{'' if free == 1 else 's'}"
@@ -110,6 +117,12 @@ class _Reader(MapReader):
             hint = "every character has a cell, and every object that is never absent"
             self.problem("world-map", message, self.map_span, hint)
         return spec
+
+    def walls_between(self, rows: list[str]) -> tuple[tuple[Cell, Cell], ...]:
+        """The walls between free cells; beside a cell that is a wall they change nothing."""
+        inside = lambda cell: cell[1] < len(rows) and cell[0] < len(rows[cell[1]])
+        free = lambda cell: inside(cell) and rows[cell[1]][cell[0]] != WALL
+        return tuple(sorted((a, b) for a, b in self.walls if free(a) and free(b)))
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
@@ -190,8 +203,9 @@ class _Reader(MapReader):
     ) -> None:
         column, row = cells[0]
         text, span = rows[row]
-        at = min(span.start + column, span.end - 1)
-        place = Span(self.source, at, at + 1) if len(text) >= len(span.text) else span
+        at = min(span.start + column * self.step, span.end - 1)
+        is_plain = self.step > 1 or len(text) >= len(span.text)
+        place = Span(self.source, at, at + 1) if is_plain else span
         written = symbol if symbol.isalnum() else f'"{symbol}"'
         hint = f"a tile? `tile NAME` with `symbol = {written}`; floor is `{FLOOR}`, a wall `{WALL}`"
         count = f"on {len(cells)} cell{'' if len(cells) == 1 else 's'} of the map"
@@ -271,7 +285,14 @@ class _Reader(MapReader):
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.sprites.of(block, "sprite", "box")
-        return Thing(block.name, absent, sprite, self.color(block, "color", "#b08a5a"))
+        count = int(
+            self.number(block, "count", 1, is_count, f"a whole number from 1 to {MOST_ALIKE}")
+        )
+        if count > 1 and absent and not block.damaged:
+            span = block.keys.get("may_be_absent", block.span)
+            hint = "of several that are alike all are always there"
+            self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
+        return Thing(block.name, absent, count, sprite, self.color(block, "color", "#b08a5a"))
 
     def characters(
         self, blocks: list[Block], tiles: tuple[Tile, ...], things: tuple[str, ...], whole: Span
@@ -310,6 +331,7 @@ class _Reader(MapReader):
         )
         goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
+        pulls = self.words(block, "pulls", (*others, *things), "character or object")
         toward = self.words(block, "toward", others, "other character")
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
@@ -322,6 +344,7 @@ class _Reader(MapReader):
             success,
             goals,
             pushes,
+            pulls,
             toward[0] if toward else None,
             attitude,
             toward[0] if toward else models[0] if models else None,
@@ -395,7 +418,8 @@ class _Reader(MapReader):
         if key in SETTING_WORDS:
             return self.word(block, key, default, SETTING_WORDS[key])
         valid, range_ = SETTING_RANGES[key]
-        return self.number(block, key, default, valid, range_)
+        number = self.number(block, key, default, valid, range_)
+        return int(number) if isinstance(default, int) else number
 
     def ordered(
         self, blocks: list[Block], characters: tuple[Character, ...]
@@ -404,6 +428,12 @@ class _Reader(MapReader):
             if "order" not in block.entries:
                 continue
             names = tuple(c.name for c in characters)
+            value = block.entries["order"]
+            if value.kind == "name" and value.value == TOGETHER and TOGETHER not in names:
+                self.together = len(characters) == 2
+                if len(characters) == 1 and not self.incomplete:
+                    self.problem("world-value", "there is only one character", value.span)
+                continue
             before = len(self.problems)
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
@@ -411,8 +441,16 @@ class _Reader(MapReader):
             unsure = self.incomplete or self.unsure or len(characters) > 2
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
-                self.problem("world-value", "the order must name every character once", span)
+                hint = (
+                    f"or `order = {TOGETHER}`: both at the same time" if len(names) == 2 else None
+                )
+                message = "the order must name every character once"
+                self.problem("world-value", message, span, hint)
         return characters
+
+
+def is_count(x: float) -> bool:
+    return x == x // 1 and 1 <= x <= MOST_ALIKE
 
 
 SETTING_WORDS: dict[str, tuple[str, ...]] = {
@@ -420,9 +458,14 @@ SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "hypotheses": ("merged", "literal"),
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
+    "end": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "goal": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "move": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "stay": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
+    "horizon": (
+        lambda x: x == x // 1 and 0 <= x <= LONGEST_STORY,
+        f"a whole number from 0 to {LONGEST_STORY}",
+    ),
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),

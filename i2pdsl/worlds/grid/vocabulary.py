@@ -7,7 +7,7 @@ from dataclasses import fields
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
-from i2pdsl.worlds.grid.spec import ACTIONS, MOST_SEEN, GridSpec
+from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 PREDICATES = (
@@ -41,6 +41,8 @@ _DOCUMENTATION = {
     "goal": "reward for acting on one's own goal tile",
     "move": "reward of a move",
     "stay": "reward of staying",
+    "end": "reward for standing on one's own goal tile when the last frame of the horizon is over",
+    "horizon": "how many frames there are, for which characters plan; 0: without end",
     "gamma": "discount factor",
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
@@ -70,9 +72,9 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         hypotheses=grid_hypotheses(spec),
         characters=characters,
         rational={name: rationality_of(name) for name in characters},
-        actions=ACTIONS,
+        actions=ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS,
         can_fail=frozenset(c.name for c in spec.characters if c.is_weak),
-        things=tuple(t.name for t in spec.things),
+        things=tuple(name for t in spec.things for name in t.names),
         may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent),
         places={t.name: t.cells for t in spec.tiles},
         columns=columns,
