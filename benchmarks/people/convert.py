@@ -229,7 +229,9 @@ def ask(data: Path, scripts: list[Path]) -> None:
         print(f"{number:5} {count:9,} {script.length:4} {belief:10.3f} {shown:>8}", flush=True)
     ours, theirs = np.array(pairs).T
     error = np.sqrt(((ours - theirs) ** 2).mean())
-    print(f"{len(pairs)} trials: r = {np.corrcoef(ours, theirs)[0, 1]:.3f}, RMSE = {100 * error:.1f}")
+    print(
+        f"{len(pairs)} trials: r = {np.corrcoef(ours, theirs)[0, 1]:.3f}, RMSE = {100 * error:.1f}"
+    )
 
 
 def main() -> None:

@@ -441,7 +441,9 @@ def expectations(spec: GridSpec, keys: tuple[tuple[Key, ...], ...]) -> tuple[Aga
             continue
         names, models = [key[0] for key in keys[other]], bool(spec.characters[who].models)
         known = np.array([models and key[0] is not None for key in own])
-        problem = [names.index(key[0]) if is_known else 0 for key, is_known in zip(own, known, strict=True)]
+        problem = [
+            names.index(key[0]) if is_known else 0 for key, is_known in zip(own, known, strict=True)
+        ]
         fixed = np.full((len(policy), len(own)), 1 / len(policy))
         rho = np.array([float(key[2] or 0) for key in own])
         found.append(Against(fixed, np.array(problem), known, beta, rho, success))
