@@ -9,10 +9,10 @@ cicl-stanford/counterfactual_agents, under the MIT licence; nothing of it is in 
 
 How the data are read, so that in all 24 trials nobody passes a wall and no two are on one cell:
 
-- A cell of a map takes two characters, its content and what is to its right: `|` is a wall. `_`, `G`
-  and `X` have a wall below. Anything else behind a cell (`,` or a space) is nothing.
-- `box_changes` are not moves: at the end of that time step the box there is taken hold of, or let go
-  if it was held. A held box goes wherever blue goes.
+- A cell of a map takes two characters, its content and what is to its right: `|` is a wall. `_`,
+  `G` and `X` have a wall below. Anything else behind a cell (`,` or a space) is nothing.
+- `box_changes` are not moves: at the end of that time step the box there is taken hold of, or let
+  go if it was held. A held box goes wherever blue goes.
 - So blue's path needs no steps for taking hold. It is always a box in front of it or behind it, in
   the direction in which it then moves: a push or a pull.
 - A trial ends as red is on the star, or after ten steps. Who has no steps left stays.

@@ -225,9 +225,9 @@ def on_device(tables: Tables) -> Tables:
 def double_precision(array: np.ndarray) -> np.ndarray:
     """Every float as float64; every integer as int32."""
     array = np.asarray(array)
-    return (
-        array.astype(np.float64, copy=False) if array.dtype.kind == "f" else single_precision(array)
-    )
+    if array.dtype.kind == "f":
+        return array.astype(np.float64, copy=False)
+    return single_precision(array)
 
 
 def single_precision(array: np.ndarray) -> np.ndarray:

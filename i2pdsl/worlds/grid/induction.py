@@ -105,10 +105,8 @@ def by_frames(
             for values in window:
                 values[run.size :] = values[: run.size]
             for who in reversed(range(len(sizes))):
-                if frame == frames - 1:
-                    now = run.plain(window, who, end)
-                else:
-                    now = run(window, who)
+                is_last = frame == frames - 1
+                now = run.plain(window, who, end) if is_last else run(window, who)
                 window[who][: run.size] = now
                 found[who][frame * states : (frame + 1) * states] = now[:states]
             if report is not None:
@@ -182,7 +180,7 @@ class _Program:
         )
 
     def __call__(self, continuation: list[np.ndarray], who: int) -> np.ndarray:
-        """The continuations of a character [size, P] that those of all [size or 2 size, P] imply."""
+        """The continuations of a character [size, P] that all [size or 2 size, P] imply."""
         from i2pdsl.programs import compiled_program
 
         arguments = self.tables._replace(continuation=tuple(continuation)), self.against

@@ -166,6 +166,7 @@ class MapReader(BlockReader):
             self.check_edged(place, margin)
             number = len(self.rows)
             cells, marks = place.text[::2], place.text[1::2]
+            cells = re.sub(r"[\s|-]", FLOOR, cells)  # where there is none, that is said
             self.rows.append((same_name(cells), place))
             east = [((c, number), (c + 1, number)) for c, mark in enumerate(marks) if mark == "|"]
             self.walls.extend(east)
@@ -175,9 +176,7 @@ class MapReader(BlockReader):
 
     def check_edged(self, place: Span, margin: int) -> None:
         """Reports the first mistake in a row of cells with something between each two."""
-        hint = (
-            f"a cell, then a space or `|` for a wall, then the next cell: `{FLOOR} {FLOOR}|{FLOOR}`"
-        )
+        hint = f"a cell, a space or `|` for a wall, and the next cell: `{FLOOR} {FLOOR}|{FLOOR}`"
         if self.source.position(place.start)[1] != margin:
             self.problem("world-map", "this row does not begin below the others", place, hint)
             return

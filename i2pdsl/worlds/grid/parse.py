@@ -285,9 +285,8 @@ class _Reader(MapReader):
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.sprites.of(block, "sprite", "box")
-        count = int(
-            self.number(block, "count", 1, is_count, f"a whole number from 1 to {MOST_ALIKE}")
-        )
+        range_ = f"a whole number from 1 to {MOST_ALIKE}"
+        count = int(self.number(block, "count", 1, is_count, range_))
         if count > 1 and absent and not block.damaged:
             span = block.keys.get("may_be_absent", block.span)
             hint = "of several that are alike all are always there"
@@ -441,9 +440,8 @@ class _Reader(MapReader):
             unsure = self.incomplete or self.unsure or len(characters) > 2
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
-                hint = (
-                    f"or `order = {TOGETHER}`: both at the same time" if len(names) == 2 else None
-                )
+                both = f"or `order = {TOGETHER}`: both at the same time"
+                hint = both if len(names) == 2 else None
                 message = "the order must name every character once"
                 self.problem("world-value", message, span, hint)
         return characters

@@ -273,7 +273,7 @@ class GridReader:
             would = would or [bool(step.would) for step in steps]
         for who, (act, moved) in enumerate(acts):
             self.check_moved(who, act, moved, would[who], where)
-        self.wrong(where, "by the world's rules they cannot move so at the same time")
+        return self.wrong(where, "by the world's rules they cannot move so at the same time")
 
     def check_moved(self, who: int, act: int, moved: bool, can: bool, where: str) -> None:
         """Refuses a move of what is blocked, and a failure of who is strong."""

@@ -36,7 +36,8 @@ def walking(coordinates: np.ndarray, walls: Walls = ()) -> np.ndarray:
 def in_sight(coordinates: np.ndarray, walls: Walls = ()) -> np.ndarray:
     """Whether the straight line between the middles of two cells crosses no wall, [N + 1, N + 1].
 
-    A line that only touches the corner of a wall, or the end of one between two cells, is free. False for what is not there.
+    A line that only touches the corner of a wall, or the end of one between two cells, is free.
+    False for what is not there.
 
     Args:
         coordinates: (column, row) of each free cell, [N, 2]; what lies between them is wall.

@@ -184,7 +184,7 @@ class GridWorld:
 
     def turn_number(self, chosen: Sequence[tuple[int, bool]]) -> np.ndarray:
         """The number of a turn in which each character does an action, and succeeds or not."""
-        number = 0
+        number: Array = 0
         for who, outcome in enumerate(chosen):
             number = number * self.moves.counts[who] + self.moves.outcomes(who).index(outcome)
         return np.asarray(number)
