@@ -44,15 +44,17 @@ tile star
     symbol = S
     color = "#e8c547"
 object box
-    count = {boxes}
+    symbol = x
     color = "#8a6a4a"
 character blue
+    symbol = b
     pushes = box
     pulls = box
     toward = red
     attitude = {{-1, 1}}
     color = "#4a7fc0"
 character red
+    symbol = r
     goals = star
     color = "#d0564a"
 rewards
@@ -71,7 +73,7 @@ NUMBERS = {"goal": 1.0, "end": 5.0, "move": -0.5, "stay": -0.1, "gamma": 0.99, "
 
 @dataclass(frozen=True)
 class Map:
-    """A map: its size, its walls between cells, and where star and boxes are at first."""
+    """A map: its size, its walls between cells, and where everything is at first."""
 
     columns: int
     rows: int
@@ -79,14 +81,15 @@ class Map:
     star: Cell
     boxes: tuple[Cell, ...]
 
-    def drawn(self) -> str:
+    def drawn(self, red: Cell, blue: Cell) -> str:
         """The map as a `.world` file has it."""
+        symbols = {self.star: "S", red: "r", blue: "b", **dict.fromkeys(self.boxes, "x")}
         lines = []
         for row in range(self.rows):
             signs = ""
             for column in range(self.columns):
                 here = column, row
-                signs += "S" if here == self.star else "."
+                signs += symbols.get(here, ".")
                 if column + 1 < self.columns:
                     signs += "|" if frozenset((here, (column + 1, row))) in self.walls else " "
             lines.append(signs)
@@ -163,19 +166,14 @@ def _state(red: Cell, blue: Cell, boxes: list[Cell]) -> dict[str, list[int]]:
     return found | {name: list(cell) for name, cell in zip(names, rows, strict=True)}
 
 
-def world_text(number: int, drawn: Map, **numbers: float) -> str:
+def world_text(trial: dict[str, Any], drawn: Map, **numbers: float) -> str:
     """The file of a trial's world.
 
     Args:
         numbers: some of NUMBERS to be replaced.
     """
-    return WORLD.format(
-        number=number,
-        map=drawn.drawn(),
-        boxes=len(drawn.boxes),
-        steps=STEPS,
-        **(NUMBERS | numbers),
-    )
+    shown = drawn.drawn(tuple(trial["red_start"]), tuple(trial["blue_start"]))
+    return WORLD.format(number=trial["num"], map=shown, steps=STEPS, **(NUMBERS | numbers))
 
 
 def convert(data: Path, folder: Path, **numbers: float) -> list[Path]:
@@ -186,7 +184,7 @@ def convert(data: Path, folder: Path, **numbers: float) -> list[Path]:
         number = trial["num"]
         drawn = read_map((data / "grids" / f"{number}.txt").read_text())
         name = f"trial-{number:02}"
-        text = world_text(number, drawn, **numbers)
+        text = world_text(trial, drawn, **numbers)
         start = _state(tuple(trial["red_start"]), tuple(trial["blue_start"]), list(drawn.boxes))
         script = {
             "format": "i2p-script",

@@ -288,7 +288,7 @@ def test_beliefs_are_of_the_frame_that_is_left() -> None:
 
 def test_without_a_horizon_who_act_at_once_plan_without_end() -> None:
     """The values are those of their own equation, for which they are long enough iterated."""
-    world, far = world_of(("blue", "red"), True, 1, 0), world_of(("blue", "red"), True, 1, 90)
+    world, far = world_of(("blue", "red"), True, 1, 0), world_of(("blue", "red"), True, 1, 120)
     every = np.arange(world.dynamics.state_count)
     for who in (0, 1):
         found = model.action_values(world.tables, who, every)

@@ -32,7 +32,8 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
 def in_words(spec: GridSpec) -> list[str]:
     lines = [f"    {row}" for row in spec.rows]
     hypotheses = len(grid_hypotheses(spec))
-    lines += ["", f"{spec.state_count:,} states, {hypotheses} hypotheses", ""]
+    most = "at most " if spec.is_limited else ""
+    lines += ["", f"{most}{spec.state_count:,} states, {hypotheses} hypotheses", ""]
     for c in spec.characters:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""

@@ -59,18 +59,21 @@ class Dynamics:
 def build_dynamics(spec: GridSpec) -> Dynamics:
     """Enumerates the states of a world and all moves."""
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
-    count = len(coordinates)
-    cells = _arrangements(spec, count)
-    entities = cells.shape[1]
+    count, entities = len(coordinates), len(spec.entities)
     strides = (count + 1) ** np.arange(entities - 1, -1, -1, dtype=np.int64)
+    neighbour = _neighbours(spec, count)
+    cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
     lookup = np.full((count + 1) ** entities, -1, dtype=np.int32)
     for order in _orders(spec):
         codes = cells[:, order].astype(np.int64) @ strides
         lookup[codes] = np.arange(len(cells), dtype=np.int32)
-    neighbour = _neighbours(spec, count)
+    states = np.arange(len(cells), dtype=np.int32)
     successor = tuple(
-        _successors(spec, who, cells, neighbour, lookup, strides)
-        for who in range(len(spec.characters))
+        # From the last frame of a limited world nothing leads on.
+        np.where((after := lookup[codes]) >= 0, after, states)
+        for codes in (
+            _successors(spec, who, cells, neighbour, strides) for who in range(len(spec.characters))
+        )
     )
     return Dynamics(cells, lookup, strides, successor, coordinates)
 
@@ -121,20 +124,56 @@ def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
     return table
 
 
+def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.ndarray:
+    """The cells [S, E] of all arrangements that a limited world can come to in time, in the middle
+    of a frame too, sorted."""
+    number = {cell: i for i, cell in enumerate(spec.free_cells)}
+    start = np.array([[number[cell] for cell in spec.placed if cell is not None]])
+    found = ends = np.unique(_codes(spec, start, strides))
+
+    def after(codes: np.ndarray, who: int) -> np.ndarray:
+        cells = codes[:, None] // strides % (neighbour.shape[0])
+        moved = _successors(spec, who, cells, neighbour, strides)
+        cells = np.unique(moved)[:, None] // strides % neighbour.shape[0]
+        return np.unique(_codes(spec, cells, strides))
+
+    everyone = range(len(spec.characters))
+    for _ in range(spec.settings.horizon):
+        # In any order: of two who act together, the second may go first (model.py).
+        orders = [tuple(everyone), tuple(reversed(everyone))] if spec.together else [everyone]
+        reached = []
+        for order in orders:
+            codes = ends
+            for who in order:
+                codes = after(codes, who)
+                found = np.union1d(found, codes)
+            reached.append(codes)
+        ends = np.unique(np.concatenate(reached))
+    return found[:, None] // strides % neighbour.shape[0]
+
+
+def _codes(spec: GridSpec, cells: np.ndarray, strides: np.ndarray) -> np.ndarray:
+    """The numbers of arrangements, in which those that are alike stand in order."""
+    cells = cells.copy()
+    for group in spec.groups:
+        cells[:, list(group)] = np.sort(cells[:, list(group)], axis=1)
+    codes: np.ndarray = cells @ strides
+    return codes
+
+
 def _successors(
     spec: GridSpec,
     who: int,
     cells: np.ndarray,
     neighbour: np.ndarray,
-    lookup: np.ndarray,
     strides: np.ndarray,
 ) -> np.ndarray:
-    """The successful outcome of each action of one character: int32 [A, S]."""
+    """What each action of one character leads to, if it succeeds: numbers of arrangements,
+    int64 [A, S]."""
     character = spec.characters[who]
     pushed, pulled = spec.numbers_of(character.pushes), spec.numbers_of(character.pulls)
     own = cells[:, who].astype(np.int64)
-    states = np.arange(len(cells), dtype=np.int32)
-    result = np.empty((len(character.actions), len(cells)), dtype=np.int32)
+    result = np.empty((len(character.actions), len(cells)), dtype=np.int64)
     base = cells.astype(np.int64) @ strides
     others = [other for other in range(cells.shape[1]) if other != who]
     for action in range(len(character.actions)):
@@ -161,7 +200,7 @@ def _successors(
                 held |= follows
                 index += np.where(follows, (own - behind) * strides[other], 0)
             possible &= held
-        result[action] = np.where(possible, lookup[np.where(possible, index, base)], states)
+        result[action] = np.where(possible, index, base)
     return result
 
 

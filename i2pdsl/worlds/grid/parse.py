@@ -22,6 +22,7 @@ from i2pdsl.worlds.grid.spec import (
     GROUNDS,
     NO_GOAL,
     WALL,
+    Cell,
     Character,
     GridSpec,
     Look,
@@ -36,7 +37,6 @@ from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 EVENTS = ("deus",)
 TOGETHER = "together"
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
-Cell = tuple[int, int]
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
 
@@ -69,6 +69,10 @@ class _Reader(MapReader):
     together = False  # whether the characters act at the same time
     sprites: Sprites
 
+    def __init__(self, source: Source):
+        super().__init__(source)
+        self.first: list[tuple[Block, tuple[Cell, ...]]] = []  # who is where at first
+
     def world(self, name: str, documentation: str) -> GridSpec | None:
         of = lambda keyword: [b for b in self.blocks if b.keyword == keyword]
         whole = Span(self.source, 0, 0)
@@ -80,9 +84,10 @@ class _Reader(MapReader):
         self.unique_names()
         rows = self.checked_rows()
         tiles = self.tiles(of("tile"), rows)
-        things = tuple(self.thing(b) for b in of("object"))
+        things = tuple(self.thing(b, rows) for b in of("object"))
         thing_names = tuple(t.name for t in things)
-        characters = self.characters(of("character"), tiles, thing_names, whole)
+        characters = self.characters(of("character"), tiles, thing_names, rows, whole)
+        self.check_places()
         events = self.events(of("event"), things)
         settings = self.settings(of)
         floor, wall, look = "#f1e8d8", "#7d6b5d", Look()
@@ -176,7 +181,7 @@ class _Reader(MapReader):
         drawn = [
             b
             for b in self.blocks
-            if b.keyword == "tile" and ("symbol" in b.entries or "cell" not in b.entries)
+            if (b.keyword == "tile" and "cell" not in b.entries) or "symbol" in b.entries
         ]
         marks = [self.mark(b) for b in drawn]
         known = {FLOOR, WALL, *(m for m in marks if m is not None)}
@@ -253,7 +258,8 @@ class _Reader(MapReader):
             mark = self.mark(block)
             if mark is None:
                 hint = f"`{WALL}` is a wall and `{FLOOR}` plain floor"
-                message = "the symbol of a tile is a single character of its own"
+                kind = f"a{'n' if block.keyword == 'object' else ''} {block.keyword}"
+                message = f"the symbol of {kind} is a single character of its own"
                 self.problem("world-tile", message, symbol.span, hint)
                 return ()
             found = tuple(
@@ -276,25 +282,63 @@ class _Reader(MapReader):
         if rows:
             hint = "columns and rows count from 0 at the top left"
             where = "on a wall" if inside else "outside the map"
-            self.problem("world-tile", f"the tile `{block.name}` lies {where}", cell.span, hint)
+            self.problem(
+                "world-tile", f"the {block.keyword} `{block.name}` lies {where}", cell.span, hint
+            )
         return ()
 
-    def thing(self, block: Block) -> Thing:
+    def first_places(self, block: Block, rows: list[str], most: int) -> tuple[Cell, ...]:
+        """Where a character or an object is at first, if its block says so."""
+        if "symbol" not in block.entries and "cell" not in block.entries:
+            return ()
+        found = self.tile_cells(block, rows)
+        if len(found) > most:
+            message = f"`{block.name}` stands on {len(found)} cells of the map"
+            hint = "it is only one" if most == 1 else f"at most {most} can be alike"
+            self.problem("world-cast", message, block.entries["symbol"].span, hint)
+        self.first.append((block, found))
+        return found[:most]
+
+    def check_places(self) -> None:
+        """Reports who is on another's cell at first."""
+        owner: dict[Cell, Block] = {}
+        for block, cells in self.first:
+            taken_ = next((owner[cell] for cell in cells if cell in owner), None)
+            if taken_ is not None:
+                note = Note("the other one", taken_.span)
+                message = f"`{block.name}` stands on a cell of `{taken_.name}`"
+                self.problem("world-cast", message, block.span, note=note)
+            owner.update(dict.fromkeys(cells, block))
+
+    def thing(self, block: Block, rows: list[str]) -> Thing:
         self.known_keys(block)
         # Where the word is wrong, `yes` spares a second mistake in the events.
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.sprites.of(block, "sprite", "box")
         range_ = f"a whole number from 1 to {MOST_ALIKE}"
-        count = int(self.number(block, "count", 1, is_count, range_))
+        cells = self.first_places(block, rows, MOST_ALIKE)
+        count = int(self.number(block, "count", len(cells) or 1, is_count, range_))
+        if cells and count != len(cells):
+            span = block.entries["count"].span
+            hint = "where their places are drawn, `count` may be left out"
+            message = f"`{block.name}` stands on {len(cells)} cells of the map, not {count}"
+            self.problem("world-cast", message, span, hint)
         if count > 1 and absent and not block.damaged:
             span = block.keys.get("may_be_absent", block.span)
             hint = "of several that are alike all are always there"
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
-        return Thing(block.name, absent, count, sprite, self.color(block, "color", "#b08a5a"))
+        return Thing(
+            block.name, absent, count, cells, sprite, self.color(block, "color", "#b08a5a")
+        )
 
     def characters(
-        self, blocks: list[Block], tiles: tuple[Tile, ...], things: tuple[str, ...], whole: Span
+        self,
+        blocks: list[Block],
+        tiles: tuple[Tile, ...],
+        things: tuple[str, ...],
+        rows: list[str],
+        whole: Span,
     ) -> tuple[Character, ...]:
         if not blocks and not self.incomplete:
             hint = "add `character NAME`"
@@ -304,7 +348,7 @@ class _Reader(MapReader):
             self.problem("world-cast", message, block.span)
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
-        found = tuple(self.one_character(b, names, tile_names, things) for b in blocks)
+        found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
         fond = [b for b, c in zip(blocks, found, strict=True) if c.toward]
         if len(fond) > 1:
             hint = "the one with an attitude models the other"
@@ -322,6 +366,7 @@ class _Reader(MapReader):
         names: tuple[str, ...],
         tiles: tuple[str, ...],
         things: tuple[str, ...],
+        rows: list[str],
     ) -> Character:
         self.known_keys(block)
         others = tuple(n for n in names if n != block.name)
@@ -347,6 +392,7 @@ class _Reader(MapReader):
             toward[0] if toward else None,
             attitude,
             toward[0] if toward else models[0] if models else None,
+            next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )

@@ -99,13 +99,13 @@ def check_memory(spec: GridSpec) -> None:
     needed, available = estimated_bytes(spec), memory_limit()
     hint = "make the map smaller, or take an object away"
     whole = whole_file(f"{spec.name}.world")
-    if needed > available:
+    if needed > available and not spec.is_limited:
         message = (
             f"the world has {spec.state_count:,} states; planning would take "
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole, hint)
-    if spec.state_count * spec.frame_count > LARGEST_INDEX:
+    if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:
         message = (
             f"{spec.state_count:,} states in each of {spec.frame_count:,} frames are more than can "
             f"be numbered ({LARGEST_INDEX:,})"
@@ -131,7 +131,9 @@ def load_or_plan(
     """
     keys = problem_keys(spec)
     name = f"{spec.planning_key}-{_digest(keys)}"
-    states = spec.state_count * spec.frame_count
+    built = dynamics() if spec.is_limited else None
+    count = spec.state_count if built is None else built.state_count
+    states = count * spec.frame_count
     shapes = {f"continuation_{i}": (states, len(k)) for i, k in enumerate(keys)}
     size = sum(8 * states * problems for states, problems in shapes.values())
     found = store.load(name, say, size + 2**16)
@@ -161,7 +163,7 @@ def _plan_of(
     values = tuple(np.ascontiguousarray(found[key]) for key in shapes)
     if not all(np.isfinite(array).all() for array in values):
         return None
-    count = spec.state_count * spec.frame_count
+    count = next(iter(shapes.values()))[0]
     # Nobody who writes the file can know the sample.
     some = np.arange(count) if count <= SAMPLE else np.random.default_rng().choice(count, SAMPLE)
     built, residuals = dynamics(), {}
@@ -506,7 +508,7 @@ def _solve_by_induction(
     if numbers.horizon:
         tables = rules_of(spec, dynamics, keys, frames=True)
         values = by_frames(tables, against, spec.together, numbers.horizon, numbers.end, told, say)
-        count = spec.state_count * spec.frame_count
+        count = dynamics.state_count * spec.frame_count
         some = np.arange(0, count, max(1, count // SAMPLE))
         residual = _residual(spec, dynamics, keys, values, some)
     else:
@@ -534,7 +536,8 @@ def _residual(
     numbers, against = spec.settings, expectations(spec, keys)
     tables = rules_of(spec, dynamics, keys, frames=bool(numbers.horizon))
     tables = tables._replace(continuation=values)
-    is_last = some >= (numbers.horizon - 1) * spec.state_count if numbers.horizon else some < 0
+    last = (numbers.horizon - 1) * dynamics.state_count
+    is_last = some >= last if numbers.horizon else some < 0
     worst = 0.0
     for states, end in ((some[~is_last], None), (some[is_last], numbers.end)):
         for who in range(len(keys)) if len(states) else ():

@@ -138,6 +138,10 @@ class GridReader:
         raise error("script", f"{where}: {message}", whole_file(self.record.where), hint)
 
     def read(self) -> Trajectory:
+        frames, most = len(self.record.frames), self.spec.settings.horizon
+        if most and frames > most:
+            hint = f"the `horizon` of {self.spec.name} is {most}"
+            self.wrong(f"frame {most + 1}", "the time is up", hint)
         states = [self.state(self.record.start, "start")]
         actions = []
         for number, frame in enumerate(self.record.frames, 1):
@@ -163,7 +167,14 @@ class GridReader:
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
         state = int(self.dynamics.lookup[code])
         if state < 0:
+            places = [tuple(cells[name] or (name,)) for name in self.spec.entities]
+            if len(set(places)) == len(places):
+                self.wrong(where, "nobody can come there in time from where they are at first")
             self.wrong(where, "two of them stand on one cell")
+        if where == "start" and state not in self.world.starts():
+            begins = state_as_json(self.spec, self.dynamics, int(self.world.starts()[0]))
+            hint = ", ".join(f"{name} {place}" for name, place in begins.items())
+            self.wrong(where, f"{self.spec.name} begins in another way", hint)
         return state
 
     def cell(self, name: str, place: Any, where: str) -> int:

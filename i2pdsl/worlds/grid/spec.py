@@ -19,6 +19,7 @@ NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
+Cell = tuple[int, int]  # (column, row)
 GROUNDS = ("checker", "boards", "grass", "plain")
 
 
@@ -44,6 +45,7 @@ class Character:
     toward: str | None = None
     attitude: tuple[float, ...] = ()
     models: str | None = None
+    cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
 
@@ -67,6 +69,7 @@ class Thing:
     name: str
     may_be_absent: bool = False
     count: int = 1
+    cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
     sprite: str = "box"
     color: str = "#b08a5a"
 
@@ -135,7 +138,7 @@ class GridSpec:
     documentation: str = ""
     source: str = ""
     look: Look = field(default_factory=Look)
-    walls: tuple[tuple[tuple[int, int], tuple[int, int]], ...] = ()
+    walls: tuple[tuple[Cell, Cell], ...] = ()
     together: bool = False
 
     @cached_property
@@ -156,6 +159,19 @@ class GridSpec:
         )
 
     @property
+    def placed(self) -> tuple[Cell | None, ...]:
+        """Where each entity is at first, as far as the world says so."""
+        found = [c.cell for c in self.characters]
+        for thing in self.things:
+            found += thing.cells or (None,) * thing.count
+        return tuple(found)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether there are only the states that can be reached in time from a single one."""
+        return bool(self.settings.horizon) and None not in self.placed
+
+    @property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """The entities that are alike, as numbers in `entities`, for each thing of several."""
         found, first = [], len(self.characters)
@@ -174,7 +190,7 @@ class GridSpec:
     @property
     def state_count(self) -> int:
         """How many states there are: no two on a cell, absent things on none, like ones in order
-        only. A `horizon` does not multiply them; `frame_count` says by how much it would."""
+        only. Those of each frame are counted once; where `is_limited`, there are fewer."""
         cells = len(self.free_cells)
         placed = {0: 1}  # number of things present -> number of ways to choose which
         for thing in self.things:
@@ -229,8 +245,10 @@ class GridSpec:
             *((content["settings"], key) for key in ("horizon", "end")),
             *((content, key) for key in ("walls", "together")),
             *((item, "pulls") for item in content["characters"]),
+            *((item, "cell") for item in content["characters"]),
+            *((item, "cells") for item in content["things"]),
         ):
-            if not holder[key]:
+            if not holder[key] or (key in ("cell", "cells") and not self.is_limited):
                 holder.pop(key)
         for item in content["things"]:
             if item["count"] == 1:

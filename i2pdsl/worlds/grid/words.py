@@ -8,9 +8,21 @@ from i2pdsl.worlds.grid.spec import ALL_ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
     "tile": ("symbol", "cell", "sprite", "color"),
-    "object": ("may_be_absent", "count", "sprite", "color"),
+    "object": ("symbol", "cell", "may_be_absent", "count", "sprite", "color"),
     "character": (
-        *("success", "goals", "pushes", "pulls", "toward", "attitude", "models", "sprite", "color"),
+        *(
+            "success",
+            "goals",
+            "pushes",
+            "pulls",
+            "toward",
+            "attitude",
+            "models",
+            "symbol",
+            "cell",
+            "sprite",
+            "color",
+        ),
     ),
     "event": ("drops",),
     "rewards": ("goal", "move", "stay", "end"),

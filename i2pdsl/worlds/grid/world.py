@@ -234,7 +234,13 @@ class GridWorld:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self) -> np.ndarray:
-        return np.arange(self.dynamics.state_count)
+        """All arrangements, with everybody in the place that the world gives him at first."""
+        placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
+        given = [entity for entity, cell in enumerate(placed) if cell >= 0]
+        cells = self.dynamics.cells
+        if not given:
+            return np.arange(len(cells))
+        return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
 
 
 def build_world(
