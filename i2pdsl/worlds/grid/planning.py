@@ -105,18 +105,18 @@ def check_memory(spec: GridSpec) -> None:
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole, hint)
-    if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:
-        message = (
-            f"{spec.state_count:,} states in each of {spec.frame_count:,} frames are more than can "
-            f"be numbered ({LARGEST_INDEX:,})"
-        )
-        raise error("too-large", message, whole, f"a shorter `horizon`; or {hint}")
     if _arrangements(spec) > LARGEST_INDEX:
         message = (
             f"the world has {_arrangements(spec):,} arrangements of its characters and objects, "
             f"more than can be numbered ({LARGEST_INDEX:,})"
         )
         raise error("too-large", message, whole, hint)
+    if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:
+        message = (
+            f"{spec.state_count:,} states in each of {spec.frame_count:,} frames are more than can "
+            f"be numbered ({LARGEST_INDEX:,})"
+        )
+        raise error("too-large", message, whole, f"a shorter `horizon`; or {hint}")
 
 
 def load_or_plan(

@@ -138,8 +138,8 @@ class GridReader:
         raise error("script", f"{where}: {message}", whole_file(self.record.where), hint)
 
     def read(self) -> Trajectory:
-        frames, most = len(self.record.frames), self.spec.settings.horizon
-        if most and frames > most:
+        most = self.spec.settings.horizon
+        if most and len(self.record.frames) > most:
             hint = f"the `horizon` of {self.spec.name} is {most}"
             self.wrong(f"frame {most + 1}", "the time is up", hint)
         states = [self.state(self.record.start, "start")]

@@ -65,6 +65,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     for name in characters:
         about = f"whether {name} acts rationally, or at random"
         latents[rationality_of(name)] = Latent(rationality_of(name), "truth", (True, False), about)
+    actions = ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS
     columns = len(spec.rows[0]) if spec.rows else 0
     return Vocabulary(
         world=spec.name,
@@ -72,7 +73,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         hypotheses=grid_hypotheses(spec),
         characters=characters,
         rational={name: rationality_of(name) for name in characters},
-        actions=ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS,
+        actions=actions,
         can_fail=frozenset(c.name for c in spec.characters if c.is_weak),
         things=tuple(name for t in spec.things for name in t.names),
         may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent),
@@ -92,6 +93,9 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
         automatic=_automatic(spec),
+        usual_length=min(15, spec.settings.horizon or 15),
+        longest=spec.settings.horizon or None,
+        limited_to={c.name: c.actions for c in spec.characters if len(c.actions) < len(actions)},
         documentation=spec.documentation,
     )
 
@@ -112,4 +116,5 @@ def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:
     if name in SETTING_WORDS:
         return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name])
     accepts, range_ = SETTING_RANGES[name]
-    return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)
+    about = _DOCUMENTATION[name]
+    return Setting(name, default, about, (), range_, accepts, reshapes=name == "horizon")

@@ -179,8 +179,8 @@ class GridWorld:
             number = self._drop(turn)
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
-        number = self.turn_number([(act.action, not act.fails) for act in turn])
-        return zero + number, zero == 0
+        code = self.turn_number([(act.action, not act.fails) for act in turn])
+        return zero + code, zero == 0
 
     def turn_number(self, chosen: Sequence[tuple[int, bool]]) -> np.ndarray:
         """The number of a turn in which each character does an action, and succeeds or not."""
