@@ -177,13 +177,13 @@ def world_text(trial: dict[str, Any], drawn: Map, **numbers: float) -> str:
 
 
 def convert(data: Path, folder: Path, **numbers: float) -> list[Path]:
-    """Writes `trial-NN.world` and `trial-NN.json` of each trial; returns the latter."""
+    """Writes `trial_NN.world` and `trial_NN.json` of each trial; returns the latter."""
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for trial in json.loads((data / "experiment1.json").read_text()):
         number = trial["num"]
         drawn = read_map((data / "grids" / f"{number}.txt").read_text())
-        name = f"trial-{number:02}"
+        name = f"trial_{number:02}"
         text = world_text(trial, drawn, **numbers)
         start = _state(tuple(trial["red_start"]), tuple(trial["blue_start"]), list(drawn.boxes))
         script = {
