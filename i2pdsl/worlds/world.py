@@ -231,6 +231,14 @@ def on_device(tables: Tables) -> Tables:
     return jax.device_put(jax.tree.map(single_precision, tables))
 
 
+def double_precision(array: np.ndarray) -> np.ndarray:
+    """Every float as float64; every integer as int32."""
+    array = np.asarray(array)
+    if array.dtype.kind == "f":
+        return array.astype(np.float64, copy=False)
+    return single_precision(array)
+
+
 def single_precision(array: np.ndarray) -> np.ndarray:
     """float64 as float32; every integer as int32."""
     array = np.asarray(array)
