@@ -496,7 +496,7 @@ def alternatives(
 ) -> tuple[tuple[Array, Array], ...]:
     """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
     did, [...]."""
-    states = _step(tables, moves, state, action)
+    states = _chosen_at(tables, moves, state, action)
     return tuple(
         (
             log_policy(tables, who, states[who]),
