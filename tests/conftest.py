@@ -22,9 +22,11 @@ if not FULL:
 
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (
-    *("test_descent", "test_stories", "test_beam", "test_cli_hill", "test_docs", "test_cli"),
-    *("test_session", "test_stories_hill", "test_notebooks", "test_catalogue", "test_terminal"),
-    *("test_piped", "test_environment", "test_pipeline", "test_speed_of_checking"),
+    *("test_stories", "test_descent", "test_docs", "test_beam", "test_notebooks"),
+    *("test_catalogue", "test_terminal", "test_session", "test_cli", "test_environment"),
+    *("test_cli_hill", "test_completion_everywhere", "test_against_reference", "test_magic"),
+    *("test_speed_of_checking", "test_pipeline", "test_page", "test_plane_gradients"),
+    *("test_pictures", "test_stories_plane", "test_hill", "test_programs", "test_actor_critic"),
 )
 
 

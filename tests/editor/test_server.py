@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from commands_for_tests import PATIENCE
+from fuzz_for_tests import examples
 
 pytest.importorskip("pygls")
 
@@ -383,7 +384,7 @@ EDITS = st.lists(
 
 @given(EDITS, st.integers(0, 8), st.integers(0, 40))
 @settings(
-    max_examples=40,
+    max_examples=examples(40),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

@@ -9,6 +9,7 @@ import pytest
 from brute_force import nook, optimum, story_in
 from search_objectives import NOOK_OBJECTIVES
 
+from fuzz_for_tests import FULL
 from i2pdsl.computing import computing
 from i2pdsl.language.story import TypedStory
 from i2pdsl.objective.fold import Objective
@@ -44,7 +45,7 @@ def test_the_default_search_reaches_the_optimum(world: GridWorld) -> None:
     with computing():
         wanted = "\n".join(NOOK_OBJECTIVES[name] for name in QUICK)
         objective = story_objective(story_in(world, LENGTH, UNSEEN + wanted), world)
-        for number, (name, best) in enumerate(QUICK.items()):
+        for number, (name, best) in enumerate(QUICK.items() if FULL else [*QUICK.items()][:1]):
             numbers = objective.params.numbers.copy()
             numbers[[w for i, w in enumerate(objective.weights[: len(QUICK)]) if i != number]] = 0.0
             one = replace(objective, params=objective.params._replace(numbers=numbers))
