@@ -99,7 +99,7 @@ def draw(
         return state, (state.z, state.diverging)
 
     several = jax.jit(lambda state: jax.lax.scan(step, state, None, PIECE))
-    run = several.lower(state).compile(compiler_options={"xla_backend_optimization_level": LASTING})
+    run = several.lower(state).compile(compiler_options=LASTING)
     total, finished = warmup + draws, True
     found: list[tuple[dict[str, np.ndarray], np.ndarray]] = []
     try:
