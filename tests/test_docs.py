@@ -31,9 +31,7 @@ import tomllib
 import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, replace
-from inspect import signature
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -46,7 +44,6 @@ from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import SEARCH_SETTINGS
 from i2pdsl.language.vocabulary import Setting
-from i2pdsl.pipeline import Result, Story
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.session import Session as Lines
 from i2pdsl.repl.terminal import tell
@@ -66,21 +63,6 @@ REFERENCE = re.compile(r"`([\w/.-]+\.py):([\w.]+)`")
 NUMBER = re.compile(r" *(?<![\w.])-?\d+(?:\.\d*)?(?:e-?\d+)?(?![\w.])")
 LINK = re.compile(r"\]\(([^)\s]*)\)")
 GENERATED = re.compile(r"<!-- generated: (\w+) -->\n(.*?)<!-- end -->", re.DOTALL)
-
-
-SOLVE = Story.solve
-solved: dict[tuple[object, ...], Result] = {}
-
-
-def solve_once(story: Story, *given: Any, **more: Any) -> Result:
-    """Several documents tell of the same stories: each of stories/ is made once for a seed."""
-    if story.folder is None or not story.folder.resolve().is_relative_to(ROOT / "stories"):
-        return SOLVE(story, *given, **more)
-    asked = {**signature(SOLVE).bind(story, *given, **more).arguments, "self": None, "watch": None}
-    key = (story.typed.source.name, story.typed.source.text, story.kept, *sorted(asked.items()))
-    if key not in solved:
-        solved[key] = SOLVE(story, *given, **more)
-    return solved[key]
 
 
 class Session:
@@ -213,9 +195,7 @@ def session(folder: Path) -> Iterator[Session]:
     before, kinds, path, modules = Path.cwd(), dict(KINDS), list(sys.path), set(sys.modules)
     os.chdir(folder)
     try:
-        with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(Story, "solve", solve_once)
-            yield Session(folder)
+        yield Session(folder)
     finally:
         os.chdir(before)
         for name in set(KINDS) - set(kinds):  # a document may add one
