@@ -44,7 +44,7 @@ FLOORS = (
     ("language", "planning"),
     ("worlds", "audience", "answers"),
     ("objective",),
-    ("scripts", "tables", "explain"),
+    ("stored", "scripts", "questions", "tables", "explain"),
     ("search",),
     ("results",),
     ("pipeline",),
