@@ -181,6 +181,19 @@ class Script(Shown):
         query = self.check(expression, assume)
         return replace(self.answer(query), expression=" ".join(expression.split()))
 
+    def evidence(self, assume: str | None = None, audience: str | None = None) -> float:
+        """The script's log marginal likelihood, log P(script[:T] | assumption) in nats: the sum of
+        log predictive probabilities of all actions (chance and events count nothing), as
+        `-sum_t surprise(script[t])` has it. The difference between two audiences is the log of
+        their Bayes factor. Of several viewers it is the mean; where bodies move in one step (the
+        hill) it is known up to a constant for each frame.
+
+        >>> script.evidence(audience="bayesian(beta = 1)") - script.evidence()
+
+        Raises StoryError.
+        """
+        return -float(self.query("sum_t surprise(script[t])", assume, audience))
+
     def answer(self, query: TypedQuery) -> Answer:
         """Evaluates a checked query."""
         self._check_appended(query)

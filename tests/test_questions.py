@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import i2pdsl
+import reference
 from commands_for_tests import Run
 from i2pdsl.errors import StoryError
 from i2pdsl.pipeline import Story
@@ -167,6 +169,25 @@ def test_viewers_who_take_it_for_impossible_can_be_asked_without_an_assumption()
     """Who knows that the robot acts at random."""
     expression, audience = "P(R_robot | script[:T])", "bayesian(given = not R_robot)"
     assert scripts()[0].query(expression, "nothing", audience) == 0
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_evidence_is_the_marginal_likelihood(number: int) -> None:
+    """Of viewers who forget nothing: log sum_H P(H) prod P(action | H), by plain Python; with and
+    without an assumption."""
+    truth = pair().reference
+    script, hypotheses = scripts()[number], truth.hypotheses
+    logs, state = [0.0] * len(hypotheses), truth.state(script.record.start)
+    for frame in script.record.frames:
+        for who, action, acted_from, _ in truth.actions(state, frame):
+            for i, h in enumerate(hypotheses):
+                logs[i] += truth.log_likelihood(who, h, acted_from, action)
+        state = truth.after(state, frame)
+    for assume, event in ((None, reference.rational), ("nothing", lambda h: True)):
+        some = [log for log, h in zip(logs, hypotheses, strict=True) if event(h)]
+        expected = math.log(math.fsum(map(math.exp, some)) / len(some))
+        found = script.evidence(assume, "bayesian(forgetting = 0)")
+        assert found == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_turn_that_cannot_follow_has_no_value() -> None:
