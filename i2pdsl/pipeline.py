@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from i2pdsl.language.statements import read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
-from i2pdsl.scripts import Answer, Script, script_from
+from i2pdsl.scripts import Answer, Script, script_from, script_of_positions
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
 from i2pdsl.search.wishes import wishes_of
@@ -193,6 +193,13 @@ class Story(Shown):
         ]
         source = self.typed.source
         return self._retold(Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""])))
+
+    def script_from_positions(self, table: Any, watch: Watch | None = None) -> Script:
+        """What this story's audience sees in a table of positions (`Script.from_positions`): a
+        script of its world, with its names. Raises StoryError."""
+        told = self.typed
+        about = {"name": told.name, "file": told.source.name, "source": told.source.text}
+        return script_of_positions(self.spec, table, about, dict(told.settings), watch)
 
     def solve(
         self,

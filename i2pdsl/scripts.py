@@ -24,8 +24,10 @@ from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.stored import stored
-from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.find import find_spec, vocabulary_of
+from i2pdsl.worlds.kind import Spec, Watch
 from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.positions import read_positions
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Record, Trajectory, extended, read_record
 from i2pdsl.worlds.world import World
@@ -93,6 +95,26 @@ class Script(Shown):
         Raises StoryError, naming the frame, where the world does not allow what it says.
         """
         return script_from(read_record(path), Path(path).parent, watch)
+
+    @staticmethod
+    def from_positions(
+        world: str, table: Any, folder: Path | str | None = None, watch: Watch | None = None
+    ) -> Script:
+        """A script from a table of who was where in which frame (docs/python.md, "Positions").
+
+        >>> script = Script.from_positions("kitchen", "tracked.csv")
+
+        Args:
+            world: its name, or the path of its file, looked for in `folder`.
+            table: the path of a CSV file with the columns who, frame, x, y and maybe action;
+                such columns, of a DataFrame, a record array or a dict; or rows as dicts.
+
+        Raises StoryError, naming the frame and who, where the world does not allow it.
+        """
+        spec = find_spec(world, None if folder is None else Path(folder))
+        if spec is None:
+            raise error("no-world", f"there is no world `{shorten(world)}`", whole_file("table"))
+        return script_of_positions(spec, table, {}, {}, watch)
 
     def audience_of(self, viewers: ty.Viewers | None) -> Audience:
         """The audience of some of its observers; without them the one that needs no name."""
@@ -266,12 +288,34 @@ def make_record(
     score: float | None,
 ) -> Record:
     """A script file's content from a script in the world's numbers."""
-    about = {"name": world.name, "source": world.spec.source or None, "settings": settings}
-    kind = kind_of(world.spec)
-    if drawings := kind.drawings(world.spec):
-        about["drawings"] = dict(drawings)
+    kind, about = kind_of(world.spec), _about(world.spec, settings)
     start = kind.start_as_json(world, path.start)
     return Record(story, about, score, start, kind.frames_as_json(world, path))
+
+
+def _about(spec: Spec, settings: dict[str, Any]) -> dict[str, Any]:
+    """What a script's file says of its world."""
+    about = {"name": spec.name, "source": spec.source or None, "settings": settings}
+    drawings = kind_of(spec).drawings(spec)
+    return {**about, "drawings": dict(drawings)} if drawings else about
+
+
+def script_of_positions(
+    spec: Spec,
+    table: Any,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    watch: Watch | None = None,
+) -> Script:
+    """A script of a world, with its settings, from a table of positions. Raises StoryError.
+
+    `about` is what its file says of a story.
+    """
+    positions, kind = read_positions(table, vocabulary_of(spec)), kind_of(spec)
+    told = kind.inferred(kind.rules(spec), positions)
+    record = Record(about, _about(spec, settings), None, told.start, told.frames)
+    script = script_from(record, None, watch)
+    return replace(script, warnings=(*script.warnings, *told.warnings))
 
 
 def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:

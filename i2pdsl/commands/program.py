@@ -29,6 +29,7 @@ COMMANDS = (
     "check",
     "fmt",
     "query",
+    "script",
     "explain",
     "repl",
     "worlds",
