@@ -68,7 +68,9 @@ def main(count: int) -> None:
     load, ask = (loaded - began) / ALONE, (asked - loaded) / ALONE
     together, at_once = (done - asked) / count, known / len(several)
     print(f"{count:,} scripts x {len(QUESTIONS)} questions: {len(table):,} rows")
-    print(f"one by one: {1000 * load:.2f} ms to load a script, {1000 * ask:.2f} ms for its questions")
+    print(
+        f"one by one: {1000 * load:.2f} ms to load a script, {1000 * ask:.2f} ms for its questions"
+    )
     print(f"at once, from files: {done - asked:.2f} s, {len(QUESTIONS) / together:,.0f} answers/s")
     print(f"at once, once loaded: {known:.2f} s, {len(QUESTIONS) / at_once:,.0f} answers/s")
     print(f"ratio: {(load + ask) / together:.1f} from files, {ask / at_once:.1f} once loaded")

@@ -288,15 +288,15 @@ def test_who_is_faster_than_it_can_was_pushed() -> None:
     """A slow one before a fast one: no velocity of its own leads there."""
     text = (
         "kind = plane\nsize\n    width = 8\n    height = 4\nplace home\n    at = (7, 2)\n"
-        "character fast\n    at = (1, 2)\n    speed = 0.4\n    mass = 10\n    goals = {home}\n"
+        "character fast\n    at = (1, 2)\n    speed = 0.13\n    mass = 10\n    goals = {home}\n"
         "character slow\n    at = (2, 2)\n    speed = 0.02\n    goals = {home}\n"
     )
     spec = parse_any(Source("push.world", text), "push")
     world = kind_of(spec).rules(spec)
     start = world.starts()[0]
     states = [start]
-    for _ in range(4):
-        states.append(world.transition(world.tables, states[-1], np.array([0.5, 0.0, 0.0, 0.0])))
+    for _ in range(8):
+        states.append(world.transition(world.tables, states[-1], np.array([0.25, 0.0, 0.0, 0.0])))
     rows = [
         {"who": who, "frame": t, "x": state[2 * i], "y": state[2 * i + 1]}
         for t, state in enumerate(states)

@@ -144,9 +144,9 @@ def _impossible(
     still = [name for name in now if now[name] == then[name]]
     stuck = [name for name in still if all(end[name] != now[name] for end in reached)]
     names = " and ".join(f"`{name}`" for name in moved)
-    hint = f"`{stuck[0]}` would have been moved" if stuck else None
+    why = f"`{stuck[0]}` would have been moved" if stuck else None
     table.wrong(
-        number, f"{names or 'nobody'} cannot have moved so at once", next(iter(moved), ""), hint
+        number, f"{names or 'nobody'} cannot have moved so at once", next(iter(moved), ""), why
     )
 
 
