@@ -18,6 +18,7 @@ from i2pdsl.language.statements import read_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
+from i2pdsl.sampling import Samples, sample
 from i2pdsl.scripts import Answer, Script, script_from, script_of_positions
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
@@ -249,6 +250,26 @@ class Story(Shown):
         else:
             scripts, judgements, finished = chosen(task, *given)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
+
+    def sample(
+        self,
+        n: int = 1,
+        given: str | None = None,
+        seed: int = 0,
+        assume: str | None = None,
+        watch: Watch | None = None,
+    ) -> Samples:
+        """Scripts of characters who act under hypotheses drawn from the audience's prior
+        (sampling.py). `given` is a condition on them; `assume` replaces the story's assumption,
+        and 'nothing' drops it.
+
+        >>> story.sample(1000, given="rho = 3 and G_cheese = pink", seed=0).confusion("rho").counts
+
+        Raises StoryError; ValueError for a negative seed or fewer than one script.
+        """
+        if seed < 0 or n < 1:
+            raise ValueError("a seed is at least 0, and there is at least one script")
+        return sample(self.typed, self.world(watch), n, seed, given, assume)
 
     def wishes(
         self, script: Script, seed: int = 0, naive: bool = False, watch: Watch | None = None

@@ -46,7 +46,7 @@ FLOORS = (
     ("objective",),
     ("stored", "scripts", "questions", "tables", "explain"),
     ("search",),
-    ("results",),
+    ("results", "sampling"),
     ("pipeline",),
     ("progress",),
     ("render", "describe"),

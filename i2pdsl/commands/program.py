@@ -30,6 +30,7 @@ COMMANDS = (
     "fmt",
     "query",
     "script",
+    "sample",
     "explain",
     "repl",
     "worlds",

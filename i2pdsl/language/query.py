@@ -72,6 +72,20 @@ def check_query(
     return TypedQuery(value, times if value.axes.time else None, tuple(dict.fromkeys(problems)))
 
 
+def check_assumption(
+    source: Source, vocabulary: Vocabulary, module: Module, audiences: tuple[Audience, ...]
+) -> ty.Mask:
+    """The mask of what stands behind `assume`, or of a condition. Raises StoryError."""
+    problems: list[Diagnostic] = []
+    elaborator = Elaborator(vocabulary, 1, problems.append, query=True)
+    elaborator.audiences = audiences
+    condition = None if source.text.strip() == "nothing" else parse_expression(source)
+    mask = read_assumption(elaborator, condition, Env(module))
+    if problems:
+        raise StoryError(problems)
+    return mask
+
+
 def check_audience(
     source: Source,
     vocabulary: Vocabulary,
