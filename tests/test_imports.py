@@ -48,7 +48,7 @@ FLOORS = (
     ("search",),
     ("results", "sampling"),
     ("pipeline",),
-    ("progress",),
+    ("progress", "sweep"),
     ("render", "describe"),
     ("editor",),
     ("library",),

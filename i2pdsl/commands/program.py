@@ -31,6 +31,7 @@ COMMANDS = (
     "query",
     "script",
     "sample",
+    "sweep",
     "explain",
     "repl",
     "worlds",

@@ -9,9 +9,9 @@ import click
 
 from i2pdsl.commands.arguments import Assignment
 from i2pdsl.commands.inputs import load_story
-from i2pdsl.commands.tables import as_csv
 from i2pdsl.errors import display_width, padded
 from i2pdsl.output import check_writable, output, output_json, show
+from i2pdsl.tables import as_csv
 
 if TYPE_CHECKING:
     from i2pdsl.sampling import Confusion

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 import click
 
 from i2pdsl.output import finite, output_json
+from i2pdsl.tables import as_csv
 
 
 def write_table(columns: Mapping[str, Sequence[Any]], out: Path | None, as_json: bool) -> None:
@@ -31,15 +30,6 @@ def write_table(columns: Mapping[str, Sequence[Any]], out: Path | None, as_json:
         write_text(out, as_csv(columns))
     else:
         raise click.UsageError(f"{out}: tables end in .csv or .json")
-
-
-def as_csv(columns: Mapping[str, Sequence[Any]]) -> str:
-    """A table as CSV, with its heads."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    return text.getvalue()
 
 
 def _rows(columns: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
