@@ -93,7 +93,8 @@ class Results:
             if job.place in self.known:
                 rows += _rows(self.known[job.place], job, names)
         heads = ("story", *names, "seed", "candidate", *_FIGURES, "script", "error")
-        return {head: [row.get(head) for row in rows] for head in heads}
+        found = {head: [row.get(head) for row in rows] for head in heads}
+        return {**found, **{name: _numbers(found[name]) for name in names}}
 
 
 _FIGURES = (
@@ -125,6 +126,14 @@ def _rows(document: dict[str, Any], job: Job, names: Sequence[str]) -> list[dict
     ]
 
 
+def _numbers(values: list[str | None]) -> list[Any]:
+    """The values of a setting as numbers, where all of them are."""
+    try:
+        return [None if value is None else float(value) for value in values]
+    except ValueError:
+        return values
+
+
 def _record(document: dict[str, Any]) -> Record:
     return Record(
         document["story"],
@@ -150,11 +159,9 @@ def _write(path: Path, columns: dict[str, list[Any]]) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    types = {"seed": pyarrow.int64(), "candidate": pyarrow.int64(), "unmet": pyarrow.int64()}
+    types = {name: pyarrow.int64() for name in ("seed", "candidate", "unmet")}
     types |= {name: pyarrow.float64() for name in _FIGURES if name != "unmet"}
-    arrays = {
-        name: pyarrow.array(values, types.get(name, pyarrow.string()))
-        for name, values in columns.items()
-    }
+    types |= {name: pyarrow.string() for name in ("story", "script", "error")}
+    arrays = {n: pyarrow.array(values, types.get(n)) for n, values in columns.items()}
     with atomic_path(path) as temporary:
         parquet.write_table(pyarrow.table(arrays), temporary)
