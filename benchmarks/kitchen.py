@@ -175,10 +175,10 @@ def planning_against_numpy(sweeps: int) -> None:
     def sweep_numpy(v: np.ndarray) -> np.ndarray:
         w = v.copy()
         for a in range(5):
-            w += 0.6 * policy[a][:, None] * (v[dynamics.successor[0, a]] - v)
+            w += 0.6 * policy[a][:, None] * (v[dynamics.successor[0][a]] - v)
         best = -0.1 + 0.99 * w
         for b in range(4):
-            best = np.maximum(best, -1 + 0.99 * w[dynamics.successor[1, b]])
+            best = np.maximum(best, -1 + 0.99 * w[dynamics.successor[1][b]])
         return best
 
     plain = clock(lambda: sweep_numpy(values), 3)

@@ -223,7 +223,7 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
         taken, policy = world.branch_actions(u)[branches[u]], policies[u]
         predicted = log_sum(belief + policy, assumed) - log_sum(belief, assumed)
         expected = np.exp(predicted[..., seen_by]).mean(-1)
-        others = [a for a in range(len(words.actions)) if a != taken]
+        others = [a for a in range(len(policy)) if a != taken]
         second = max(others, key=lambda a: float(expected[a]))
         changed = update(belief, policy[second], forgetting)
         effects = [
@@ -248,10 +248,9 @@ def _policies(script: Script, t: int, branches: tuple[int, ...]) -> list[np.ndar
     turns = world.turns(world.tables, script.frames.before[t])
     for u, rows in enumerate(turns.log_rows):  # [n_1, n_2, O, H], or 1 for what does not matter
         numbers = world.branch_actions(u)
-        # The second answers what the first has done.
-        own = rows[branches[0]] if u else rows[:, 0]
-        actions = range(len(world.vocabulary.actions))
-        found.append(np.stack([own[numbers.index(a)] for a in actions]))
+        # The second answers what the first has done, unless both act at the same time.
+        own = rows[min(branches[0], len(rows) - 1)] if u else rows[:, 0]
+        found.append(np.stack([own[numbers.index(a)] for a in range(max(numbers) + 1)]))
     return found
 
 

@@ -35,7 +35,7 @@ def test_states_and_moves_agree(pair: Pair) -> None:
         for act, action in enumerate(("north", "south", "east", "west", "stay")):
             for number, state in enumerate(states):
                 expected = pair.reference.effect(state, character.name, action)
-                assert states[dynamics.successor[who, act, number]] == tuple(expected)
+                assert states[dynamics.successor[who][act, number]] == tuple(expected)
 
 
 @pytest.mark.parametrize("level0", ["uniform", "costs"])

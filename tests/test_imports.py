@@ -47,7 +47,7 @@ FLOORS = (
     ("stored", "scripts", "questions", "tables", "explain"),
     ("search",),
     ("results", "sampling"),
-    ("pipeline",),
+    ("pipeline", "fit"),
     ("progress", "sweep"),
     ("render", "describe"),
     ("editor",),

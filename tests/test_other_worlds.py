@@ -229,8 +229,8 @@ def test_cells_of_large_maps_are_told_apart(size: int) -> None:
     check_memory(spec)
     dynamics = build_dynamics(spec)
     assert (dynamics.cells[:, 0] == np.arange(size**2)).all()
-    assert dynamics.successor[0, 3, -1] == size**2 - 2  # west of the last cell
-    assert dynamics.successor[0, 1, -1] == size**2 - 1  # a wall
+    assert dynamics.successor[0][3, -1] == size**2 - 2  # west of the last cell
+    assert dynamics.successor[0][1, -1] == size**2 - 1  # a wall
     there = solve(spec, dynamics).continuation[0][:, 1]
     assert there[-1] == pytest.approx(0.9 / 0.5, abs=1e-5)
     assert there[0] == pytest.approx(-0.1 / 0.5, abs=1e-5)

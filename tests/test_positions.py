@@ -140,7 +140,11 @@ WRONG: dict[str, tuple[Rows, str, str]] = {
         "can get to [",
     ),
     "a wall": (place(*PUSH[:3], ("cheese", 1, 0, 1)), "`cheese` cannot stand at [0, 1]", ""),
-    "one cell": (place(*PUSH[:3], ("cheese", 1, 1, 2)), "two of them stand on one cell", ""),
+    "one cell": (
+        place(*PUSH[:3], ("cheese", 1, 1, 2)),
+        "`robot` cannot have moved so at once",
+        "`cheese` would have been moved",
+    ),
     "at once": (
         place(("robot", 0, 0, 2), ("cheese", 0, 1, 2), ("robot", 1, 1, 2), ("cheese", 1, 0, 2)),
         "`cheese` cannot get from",

@@ -33,6 +33,7 @@ COMMANDS = (
     "sample",
     "sweep",
     "explain",
+    "fit",
     "repl",
     "worlds",
     "patterns",

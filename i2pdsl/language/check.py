@@ -203,6 +203,7 @@ class _Checker:
             found = self.find_world(_word(world.name), self.folder, settings)
             self.elaborator.world = found or vocabulary
         self.world = self.elaborator.world
+        self.check_time(length)
         self.check_own_names()
         self.elaborator.audiences = self.audiences()
         self.elaborator.assumption = self.assumption()
@@ -332,6 +333,15 @@ class _Checker:
             return None
         return int(value)
 
+    def check_time(self, length: int) -> None:
+        """A story is no longer than the time that there is in its world."""
+        statement: ast.LengthIs | None = self.first(ast.LengthIs)
+        most = self.world.longest
+        if statement is not None and most is not None and length > most:
+            message = f"after {most} frames the time in {self.world.world} is up"
+            hint = f"`length {most}`; or `world {self.world.world}(horizon = {length})`"
+            self.problem("length", message, statement.value, hint)
+
     def check_own_names(self) -> None:
         """The world's latents keep their names, and an audience has one of its own."""
         named = [s.called for s in self.program.of(ast.Audience) if s.called is not None]
@@ -353,7 +363,7 @@ class _Checker:
         """The viewers of all beliefs that name no others, and those that have names."""
         found = {VIEWERS: USUAL}
         for statement in self.program.of(ast.Audience):
-            observers = self.settings.audience(statement.name, statement.settings)
+            observers = self.settings.audience(statement.name, statement.settings, self.folder)
             audience = Audience(_audience(statement), observers, span=statement.span)
             if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
                 found[audience.name] = audience

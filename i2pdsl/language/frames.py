@@ -146,6 +146,11 @@ class Frames(Predicates):
         )
         if isinstance(turn, tuple):
             self.check_whole(turn, node.turn, env)
+        if self.world.longest is not None and self.length + len(turns) >= self.world.longest:
+            message = f"after {self.world.longest} frames the time in {self.world.world} is up"
+            raise self.fail(
+                "turn", message, node.span, env, "a shorter story, or a longer `horizon`"
+            )
         return Item("script", (*turns, turn))
 
     def script(self, node: ast.Expr, env: Env) -> tuple[ty.Turn, ...]:
@@ -202,6 +207,12 @@ class Frames(Predicates):
 
         who, chosen = self.both(lambda: self.character(move.who, env), action)
         name = self.world.characters[who]
+        known = self.world.limited_to.get(name, self.world.actions)
+        if self.world.actions[chosen] not in known:
+            message = f"`{name}` does not pull anything"
+            raise self.fail(
+                "no-action", message, move.action.span, env, f"it can: {', '.join(known)}"
+            )
         stays = self.world.actions[chosen] == "stay"
         if move.fails and (name not in self.world.can_fail or stays):
             reason = "staying" if stays else f"a move of {name}"

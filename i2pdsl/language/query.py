@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error
 from i2pdsl.language import ast
@@ -91,11 +92,13 @@ def check_audience(
     vocabulary: Vocabulary,
     module: Module,
     audiences: tuple[Audience, ...] = (USUAL,),
+    folder: Path | None = None,
 ) -> tuple[Audience, ...]:
     """The audiences of a script with others in the place of the one that needs no name.
 
     Args:
         source: what stands behind `audience` in a story, or the name of an audience of the story.
+        folder: where an audience's file is looked for.
 
     Raises StoryError.
     """
@@ -105,9 +108,9 @@ def check_audience(
     known = {audience.name: audience.observers for audience in audiences}
     if isinstance(node, ast.Name) and node.id in known:
         observers = known[node.id]
-    elif isinstance(node, ast.Name | ast.Call):
-        name, given = (node, ()) if isinstance(node, ast.Name) else (node.callee, node.arguments)
-        observers = Settings(elaborator, Env(module)).audience(name, given)
+    elif isinstance(node, ast.Name | ast.Text | ast.Call):
+        name, given = (node.callee, node.arguments) if isinstance(node, ast.Call) else (node, ())
+        observers = Settings(elaborator, Env(module)).audience(name, given, folder)
     else:
         hint = "write `bayesian(beta = 1)` or the name of an audience of the story"
         raise error("audience", "this is no audience", node.span, hint)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -50,7 +50,7 @@ class Setting:
     """A number, a word or a set of numbers of the world that a story may replace.
 
     `choices` for words; for numbers `accepts`, for a set `accepts_all` says which are valid, and
-    `valid_range` says it in words. One that `reshapes` changes the hypotheses.
+    `valid_range` says it in words. One that `reshapes` changes the hypotheses, or other words.
     """
 
     name: str
@@ -119,6 +119,8 @@ class Vocabulary:
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
         search_settings: of its usual search, where they differ from those of every world.
         usual_length: the frames of a story that nobody has written yet.
+        longest: the frames after which the time is up, or None.
+        limited_to: the actions of each character that has not all of them.
         preposition: what stands before its name: a story happens `in the` kitchen.
     """
 
@@ -143,6 +145,8 @@ class Vocabulary:
     enumerable: bool = True
     search_settings: Settings = ()
     usual_length: int = 15
+    longest: int | None = None
+    limited_to: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     preposition: str = "in the"
     documentation: str = ""
 

@@ -90,9 +90,20 @@ class Program:
 
     def understood(self) -> TypedStory:
         """The story so far: what is missing yet is filled in. Raises StoryError."""
-        text = self.text
-        if not self.has("length"):
-            text += f"\nlength {USUAL_LENGTH}\n"
+        if self.has("length"):
+            return self._of_length("")
+        try:
+            return self._of_length(f"\nlength {USUAL_LENGTH}\n")
+        except StoryError as problem:
+            if all(found.code != "length" for found in problem.diagnostics):
+                raise
+        # There is less time in its world.
+        most = self._of_length("\nlength 1\n").vocabulary.longest
+        return self._of_length(f"\nlength {most}\n")
+
+    def _of_length(self, length: str) -> TypedStory:
+        """The story so far, with a statement that says its length."""
+        text = self.text + length
         naive = any(p.keyword == "search" and "naive" in p.text for p in self.parts)
         if not self.has("maximize", "minimize") and not naive:
             text += f"\n{NO_OBJECTIVE}\n"

@@ -35,12 +35,12 @@ def inferred_turns(kind: Kind, world: World, table: Positions) -> Inferred:
     Raises StoryError that names the frame and who.
     """
     pictures = _pictures(world.vocabulary, table)
-    states = [_state(kind, world, table, n, picture) for n, picture in enumerate(pictures)]
+    state = _first(kind, world, table, pictures[0])
     frames, unsure = [], []
-    for number, (before, after) in enumerate(pairwise(states), 1):
-        ways = _ways(kind, world, before, after)
+    for number, (then, now) in enumerate(pairwise(pictures), 1):
+        ways, after = _ways(kind, world, state, now)
         if not ways:
-            _impossible(kind, world, table, pictures, number, before)
+            _impossible(kind, world, table, pictures, number, state)
         rows = table.seen[number]
         known = {who: row.action for who, row in rows.items() if row.action is not None}
         left = [way for way in ways if all(_action(way, who) == a for who, a in known.items())]
@@ -49,13 +49,13 @@ def inferred_turns(kind: Kind, world: World, table: Positions) -> Inferred:
         efforts = [_efforts(world.vocabulary, way) for way in left]
         chosen = left[efforts.index(min(efforts))]
         frames.append(chosen)
-        then, now = pictures[number - 1], pictures[number]
         unsure += [
             (number, who)
             for who in world.vocabulary.characters
             if now[who] != then[who] and not _moved(chosen, who)
             if any(_moved(way, who) for way in left)
         ]
+        state = after
     return Inferred(pictures[0], tuple(frames), _doubts(table, unsure))
 
 
@@ -79,30 +79,35 @@ def _pictures(words: Vocabulary, table: Positions) -> list[dict[str, Any]]:
     return found
 
 
-def _state(kind: Kind, world: World, table: Positions, number: int, picture: dict[str, Any]) -> Any:
-    """A picture in the world's numbers."""
+def _first(kind: Kind, world: World, table: Positions, picture: dict[str, Any]) -> Any:
+    """The first picture in the world's numbers."""
     try:
         return kind.read(world, Record({}, {}, None, picture, (), "table")).start
     except StoryError as problem:
         message = problem.diagnostics[0].message.removeprefix("start: ")
         who = next((name for name in picture if f"`{name}`" in message), "")
-        table.wrong(number, message, who)
+        table.wrong(0, message, who, problem.diagnostics[0].hint)
 
 
-def _ways(kind: Kind, world: World, before: Any, after: Any) -> list[dict[str, Any]]:
-    """The frames of a script's file that lead from one state to another."""
-    ends = world.endings(world.tables, before)
-    codes = np.flatnonzero(ends == after)
+def _ways(
+    kind: Kind, world: World, before: Any, picture: dict[str, Any]
+) -> tuple[list[dict[str, Any]], Any]:
+    """The frames of a script's file that lead from a state to a picture, and the state there."""
+    ends = np.asarray(world.endings(world.tables, before))
+    codes = np.arange(len(ends))
     if world.vocabulary.events:
         fallen, possible = world.drops(world.tables, before)
-        codes = np.append(codes, world.turn_count + np.flatnonzero(possible & (fallen == after)))
+        some = np.flatnonzero(possible)
+        ends, codes = np.append(ends, fallen[some]), np.append(codes, world.turn_count + some)
+    kinds, which = np.unique(ends, return_inverse=True)
+    leads = np.array([kind.start_as_json(world, end) == picture for end in kinds])
     found: list[dict[str, Any]] = []
-    for code in codes:
-        path = Trajectory(np.array([code]), np.array([before, after]))
+    for code in codes[leads[which]]:
+        path = Trajectory(np.array([code]), np.array([before, kinds[leads][0]]))
         (frame,) = kind.frames_as_json(world, path)
         if frame not in found:  # a blocked move that also fails
             found.append(frame)
-    return found
+    return found, kinds[leads][0] if found else None
 
 
 def _action(way: Mapping[str, Any], who: str) -> str | None:
@@ -129,6 +134,9 @@ def _impossible(
 ) -> NoReturn:
     """Says who cannot have come where it is said to be."""
     then, now = pictures[number - 1], pictures[number]
+    for name, place in now.items():
+        if place is not None and tuple(place) not in world.vocabulary.free:
+            table.wrong(number, f"`{name}` cannot stand at {place}: there is no free cell", name)
     ends = np.unique(world.endings(world.tables, before))
     reached = [kind.start_as_json(world, end) for end in ends]
     for name, place in now.items():

@@ -35,8 +35,24 @@ def map_in_characters(world: GridWorld, state: int, ink: Ink) -> str:
     ]
     told += [(tile.name[0].lower(), _colour(tile.color), tile.name) for tile in spec.tiles]
     legend = [(f"{sign} {name}", f"{ink.paint(sign, code)} {name}") for sign, code, name in told]
-    lines = ["    " + " ".join(row) for row in rows]
+    lines = [f"    {line}" for line in _fenced(spec, rows, wide, ink)]
     return "\n".join((*lines, *laid_out(legend, 2, 4, ink.columns)))
+
+
+def _fenced(spec: GridSpec, rows: list[list[str]], wide: int, ink: Ink) -> list[str]:
+    """The rows of cells [height][width] with the walls between them, each cell `wide` columns."""
+    upright, level = ("│", "─") if ink.unicode else ("|", "-")
+    walls, lines = set(spec.walls), []
+    for r, row in enumerate(rows):
+        gaps = [upright if ((c, r), (c + 1, r)) in walls else " " for c in range(len(row) - 1)]
+        lines.append("".join(cell + gap for cell, gap in zip(row, [*gaps, ""], strict=True)))
+        below = [((c, r), (c, r + 1)) in walls for c in range(len(row))]
+        if any(below):
+            cells = [level * wide if wall else " " * wide for wall in below]
+            joints = [level if a and b else " " for a, b in zip(below, below[1:], strict=False)]
+            line = "".join(cell + gap for cell, gap in zip(cells, [*joints, ""], strict=True))
+            lines.append(line.rstrip())
+    return lines
 
 
 def _letters(names: Iterable[str]) -> dict[str, str]:
@@ -50,7 +66,7 @@ def _letters(names: Iterable[str]) -> dict[str, str]:
 
 def _look(spec: GridSpec, name: str) -> str:
     colours = {c.name: c.color for c in spec.characters}
-    return (colours | {t.name: t.color for t in spec.things})[name]
+    return (colours | {n: t.color for t in spec.things for n in t.names})[name]
 
 
 def _colour(value: str) -> str:

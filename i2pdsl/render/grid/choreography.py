@@ -32,6 +32,7 @@ POSES = (
     *(f"look-{d}" for d in LOOKS),  # the idle face, its eyes turned
 )
 MARKS = ("puff", "dust", "sweat", "bang", "bump", "lines")
+GRIP = "grip"  # the mark of a pull, on stages where somebody pulls
 
 
 class Key(NamedTuple):
@@ -53,7 +54,7 @@ Track = list[Key]  # times never decrease
 
 
 class Mark(NamedTuple):
-    """A short-lived effect, one of MARKS: its track begins and ends with opacity 0."""
+    """A short-lived effect, one of MARKS or a GRIP: its track begins and ends with opacity 0."""
 
     kind: str
     track: Track
@@ -172,6 +173,18 @@ PUSHED = [  # same times and eases as PUSH from 0.43 to 0.73, so that the two st
     Cue(0.90, 1.0, lean=0.014, pose="surprised"),
     Cue(0.96, 1.0),
 ]
+PULL = [  # its face is turned to what it pulls, which follows at the same times
+    Cue(0.05),
+    Cue(0.21, -CONTACT, lean=-0.020, ease="in-out", pose="push"),  # takes hold ...
+    Cue(0.43, -CONTACT + 0.08, 0.05, lean=0.040, ease="in", pose="push"),  # ... leans back ...
+    Cue(0.78, 1.0, lean=0.020, ease="out", pose="push"),  # ... both go
+    Cue(0.93, 1.0),
+]
+PULLED = [
+    Cue(0.43, ease="in"),
+    Cue(0.80, 1.0, ease="out"),
+    Cue(0.96, 1.0),
+]
 FAIL = [
     Cue(0.05),
     Cue(0.19, -0.05, 0.12, ease="out", pose="try"),
@@ -192,7 +205,7 @@ BUMP = [
     Cue(0.80),
 ]
 STAY = [Cue(0.25), Cue(0.52, squash=-0.035), Cue(0.80)]
-SHEETS = {"step": STEP, "push": PUSH, "fail": FAIL, "bump": BUMP, "stay": STAY}
+SHEETS = {"step": STEP, "push": PUSH, "pull": PULL, "fail": FAIL, "bump": BUMP, "stay": STAY}
 
 
 def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
@@ -217,11 +230,12 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
             shown = _play(SHEETS[beat.verb], beat, beat.origin, beat.target)
             tracks[beat.actor] += _looking(shown, _intent(stage, beats, number, tracks))
             moved = {beat.actor, *(shove.name for shove in beat.pushed)}
-            for actor in stage.characters:
+            for actor in () if stage.together else stage.characters:
                 if beat.verb != "stay" and actor.name not in moved:
                     tracks[actor.name] += _watching(beat, tracks[actor.name][-1])
             for shove in beat.pushed:
-                tracks[shove.name] += _play(PUSHED, beat, shove.origin, shove.target)
+                sheet = PULLED if beat.verb == "pull" else PUSHED
+                tracks[shove.name] += _play(sheet, beat, shove.origin, shove.target)
             marks += _effects(beat)
     return Film(tracks, tuple(marks), tuple(beats), float(len(script["frames"])))
 
@@ -234,6 +248,14 @@ def _entrance(name: str, script: Mapping[str, Any], beats: Sequence[Beat]) -> Ke
     falls = [beat.target for beat in beats if beat.actor == name and beat.target is not None]
     x, y = falls[0] if falls else (0, 0)
     return Key(0, x, y, opacity=0.0, ease="hold")
+
+
+_BACK = {"north": "south", "south": "north", "east": "west", "west": "east"}
+
+
+def facing(beat: Beat) -> str:
+    """Where one turns its face: forward, or to what it pulls."""
+    return _BACK[beat.direction] if beat.verb == "pull" else beat.direction
 
 
 def _play(sheet: Sequence[Cue], beat: Beat, origin: Cell | None, target: Cell | None) -> Track:
@@ -261,7 +283,7 @@ def _play(sheet: Sequence[Cue], beat: Beat, origin: Cell | None, target: Cell | 
                 scale_y=1 - stretch - abs(cue.lean) * 1.2 * abs(dy),
                 lift=cue.lift,
                 ease=cue.ease,
-                pose=f"{cue.pose}-{beat.direction}" if directed else cue.pose,
+                pose=f"{cue.pose}-{facing(beat)}" if directed else cue.pose,
             )
         )
     return keys
@@ -281,14 +303,14 @@ def _intent(stage: Stage, beats: Sequence[Beat], number: int, tracks: Mapping[st
         others = (tracks[a.name][-1] for a in stage.characters if a.name != beat.actor)
         seen = [(key.x, key.y) for key in others if key.opacity > 0]
         return _toward(beat.origin, seen[0]) if seen else ""
-    if beat.verb == "push":
-        return beat.direction
+    if beat.verb in ("push", "pull"):
+        return facing(beat)
     goal = beat.origin
     ways: list[Cell] = []
     for later in [b for b in beats[number:] if b.actor == beat.actor][:AHEAD]:
         back = DIRECTIONS.get(later.direction, (0, 0))
         turns = (-back[0], -back[1]) in ways
-        if later.verb not in ("step", "push") or later.target is None or turns:
+        if later.verb not in ("step", "push", "pull") or later.target is None or turns:
             break
         goal, ways = later.target, [*ways, back]
     return _toward(beat.origin, goal) or beat.direction
@@ -417,6 +439,11 @@ def _effects(beat: Beat) -> list[Mark]:
             lines = Key(0, x - 0.40 * dx, y - 0.40 * dy, angle, 0.8, 0.8)
             later = lines._replace(x=lines.x + 0.9 * dx, y=lines.y + 0.9 * dy)
             return [_mark("lines", times(0.45, 0.53, 0.74, 0.86), lines, later)]
+        case "pull":  # what it holds it by
+            held = Key(0, x - 0.5 * dx, y - 0.5 * dy + 0.08, angle)
+            gone = held._replace(x=held.x + dx, y=held.y + dy, ease="out")
+            held = held._replace(ease="in")
+            return [_mark(GRIP, times(0.21, 0.43, 0.79, 0.98), held, gone)]
         case "fail":  # a drop of sweat while it tries, a puff where it sinks back
             drop = Key(0, x - 0.36 if dx >= 0 else x + 0.36, y - 0.30, 0.0, 0.40, 0.40)
             fallen = drop._replace(y=y - 0.18)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from i2pdsl.render.grid.choreography import Film, Key, choreograph, sample
+from i2pdsl.render.grid.choreography import Film, Key, choreograph, facing, sample
 from i2pdsl.render.grid.scene import (
     MARGIN,
     actor_svg,
@@ -229,9 +229,9 @@ def _mood(name: str, beats: Sequence[Beat], t: int) -> str:
         if beat.frame != t:
             continue
         if beat.actor == name:
-            verbs = {"step": "walk", "push": "push", "bump": "bump"}
+            verbs = {"step": "walk", "push": "push", "pull": "push", "bump": "bump"}
             mood = "sad" if beat.verb == "fail" else mood
-            mood = f"{verbs[beat.verb]}-{beat.direction}" if beat.verb in verbs else mood
+            mood = f"{verbs[beat.verb]}-{facing(beat)}" if beat.verb in verbs else mood
         elif beat.verb in ("fall", "vanish") or any(s.name == name for s in beat.pushed):
             mood = "surprised"
     return mood
@@ -247,6 +247,9 @@ def _sign(beat: Beat, cell: float) -> str:
             puff = Key(0, x + 0.60 * dx, y + 0.18 + 0.62 * dy, scale_x=0.42, scale_y=0.42)
             drop = Key(0, x - 0.40 if dx >= 0 else x + 0.40, y - 0.36, scale_x=0.34, scale_y=0.34)
             return mark_svg("puff", puff, cell) + mark_svg("sweat", drop, cell)
+        case "pull":
+            angle = 0.25 if dy else 0.0
+            return mark_svg("grip", Key(0, x - 0.5 * dx, y - 0.5 * dy + 0.08, angle), cell)
         case "bump":
             star = Key(0, x + 0.54 * dx, y + 0.54 * dy, scale_x=0.5, scale_y=0.5)
             return mark_svg("bump", star, cell)

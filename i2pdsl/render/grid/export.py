@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.render import export
-from i2pdsl.render.grid.choreography import MARKS, POSES, Film, Track
+from i2pdsl.render.grid.choreography import GRIP, MARKS, POSES, Film, Track
 from i2pdsl.render.grid.scene import (
     FOOT,
     LARGEST_SCENE,
@@ -20,7 +20,7 @@ from i2pdsl.render.grid.scene import (
     svg_document,
 )
 from i2pdsl.render.grid.sprites import actor_symbols, actor_tint, mark_symbols, symbol_id
-from i2pdsl.render.grid.stage import DIRECTIONS, Stage
+from i2pdsl.render.grid.stage import Stage
 from i2pdsl.render.mind import Panel
 from i2pdsl.render.raster import svg_rgba
 
@@ -36,7 +36,8 @@ def sheet(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
     frames: dict[str, dict[str, list[int]]] = {}
     row = 0
     groups = [(a.name, {pose: symbol_id(a, pose) for pose in POSES}) for a in stage.cast]
-    groups.append(("", {mark: f"mark--{mark}" for mark in MARKS}))  # nobody is called so
+    kinds = (*MARKS, GRIP) if stage.pulls else MARKS
+    groups.append(("", {mark: f"mark--{mark}" for mark in kinds}))  # nobody is called so
     for name, symbols in groups:
         frames[name] = {}
         for number, (pose, symbol) in enumerate(symbols.items()):
@@ -45,7 +46,7 @@ def sheet(stage: Stage) -> tuple[np.ndarray, dict[str, Any]]:
             place = f"translate({x + ROOM} {y + ROOM}) scale({CELL / 100})"
             drawn.append(f'<use href="#{symbol}" transform="{place}"/>')
         row += -(-len(symbols) // COLUMNS)
-    symbols_svg = "".join(actor_symbols(actor) for actor in stage.cast) + mark_symbols()
+    symbols_svg = "".join(actor_symbols(actor) for actor in stage.cast) + mark_symbols(stage)
     picture = svg_rgba(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{COLUMNS * SIDE}" height="{row * SIDE}">'
         f"<defs>{symbols_svg}</defs>{''.join(drawn)}</svg>"
@@ -99,6 +100,7 @@ def timeline(
         "columns": stage.width,
         "rows": stage.height,
         "walls": [list(at) for at in cells if stage.is_wall(at)],
+        **({"fences": [[list(a), list(b)] for a, b in stage.fences]} if stage.fences else {}),
         "tiles": [
             {"name": tile.name, "cell": list(tile.cell), "color": tile.color}
             for tile in stage.tiles
@@ -142,7 +144,7 @@ def _entities(stage: Stage, frame: Mapping[str, Any]) -> dict[str, Any]:
         found[actor.name] = {
             "cell": frame["state"].get(actor.name),
             "action": action,
-            "success": acted["moved"] if action in DIRECTIONS else None,
+            "success": acted["moved"] if action not in (None, "stay") else None,
         }
     return found
 

@@ -13,7 +13,7 @@ import numpy as np
 from i2pdsl.render.beliefs import Beliefs
 from i2pdsl.render.files import KEY_FRAMES, PictureFiles, Sprites, printable
 from i2pdsl.render.focus import Focus, focus_of, led, whose
-from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe
+from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
@@ -26,8 +26,13 @@ if TYPE_CHECKING:
 # For characters that the palette does not name; dashes and labels tell them apart too.
 _CAST_COLORS = ("#d98b4a", "#7fae6b", "#b48ad1", "#d9718e", "#c9b04f", "#5fb3b0")
 
-TELLING = ("push", "fall", "vanish")  # what captions tell
-GLIMPSES = {"push": 0.15, "fail": 0.03, "bump": 0.03}  # what is worth seeing, and how much
+TELLING = ("push", "pull", "fall", "vanish")  # what captions tell
+GLIMPSES = {
+    "push": 0.15,
+    "pull": 0.15,
+    "fail": 0.03,
+    "bump": 0.03,
+}  # what is worth seeing, and how much
 CONTACT = 2.5  # how much the first time matters that one character pushes the other
 
 
@@ -47,9 +52,27 @@ def stage_of(spec: GridSpec) -> Stage:
         for kind, group in kinds
         for c in group
     ]
+    # Each kind of thing has its colour, and all of a kind are drawn like it.
+    names = {t.name: t.names for t in spec.things}
+    told = [
+        replace(actor, name=name)
+        for actor in _told_apart(cast)
+        for name in names.get(actor.name, (actor.name,))
+    ]
     walls = shown(look.wall_sprite), own.get(look.wall_sprite, "")
     surface = spec.floor, spec.wall, look.frame, look.ground
-    return Stage(spec.name, spec.rows, tiles, _told_apart(cast), *surface, *walls)
+    return Stage(
+        spec.name,
+        spec.rows,
+        tiles,
+        tuple(told),
+        *surface,
+        *walls,
+        fences=spec.walls,
+        together=spec.together,
+        pulls=any(c.pulls for c in spec.characters),
+        alike=tuple(t.names for t in spec.things if t.count > 1),
+    )
 
 
 def beliefs_of(spec: GridSpec) -> Beliefs:
@@ -77,7 +100,7 @@ class GridPictures(PictureFiles):
         self.script = script = script.shown()
         self.stage = stage_of(script.world.spec)
         self.beliefs = beliefs_of(script.world.spec)
-        self.document: dict[str, Any] = script.record.as_json()
+        self.document = dict(followed(self.stage, script.record.as_json()))
         name = title or (script.record.title or script.world.name)
         self.title = printable(name)
 

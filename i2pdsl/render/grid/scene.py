@@ -74,7 +74,7 @@ def stage_symbols(stage: Stage, poses: Mapping[str, tuple[str, ...]] | None = No
     """
     chosen = poses or {}
     actors = (actor_symbols(a, chosen.get(a.name, POSES)) for a in stage.cast)
-    return "".join(actors) + mark_symbols()
+    return "".join(actors) + mark_symbols(stage)
 
 
 # ---------------------------------------------------------------------------------- what moves
@@ -163,6 +163,7 @@ def stage_background(stage: Stage, cell: float = 64) -> str:
                 _still(drawn[_WALL], at, cell) if stage.wall_sprite else _wall(stage, at, cell)
                 for at in walls
             ),
+            _fences(stage, cell),
         ]
     )
 
@@ -379,6 +380,30 @@ def _wall(stage: Stage, at: Cell, cell: float) -> str:
     lines = "".join(line for side, line in sides.items() if not beside[side])
     stroke = f'stroke="{edge}" stroke-width="{0.035 * cell:g}" stroke-linecap="round"'
     return "".join(parts) + f'<path d="{lines}" {stroke}/>'
+
+
+FENCE = 0.12  # how thick a wall between two cells is, in cells
+
+
+def _fences(stage: Stage, cell: float) -> str:
+    """The walls between two cells: beams on the lines between them, that run into each other."""
+    lines = "".join(
+        f"M{x * cell:g} {y * cell:g} {'v' if x > before else 'h'}{cell:g}"
+        for (before, _), (x, y) in stage.fences
+    )
+    wide, shade = FENCE * cell, 0.05 * cell
+    beam = f'fill="none" stroke-linecap="round" d="{lines}"'
+    edge, top = mix(stage.wall, BLACK, 0.42), mix(stage.wall, WHITE, 0.06)
+    return (
+        ""
+        if not lines
+        else (
+            f'<path {beam} stroke="{INK}" stroke-width="{wide:g}" opacity="0.16" '
+            f'transform="translate({shade:g} {shade:g})"/>'
+            f'<path {beam} stroke="{edge}" stroke-width="{wide + 0.05 * cell:g}"/>'
+            f'<path {beam} stroke="{top}" stroke-width="{wide:g}"/>'
+        )
+    )
 
 
 def _doors(stage: Stage, x: float, y: float, cell: float) -> str:

@@ -22,7 +22,7 @@ from functools import cache
 from xml.sax.saxutils import quoteattr
 
 from i2pdsl.render.grid.choreography import POSES
-from i2pdsl.render.grid.stage import LOOKS, Actor, Tile
+from i2pdsl.render.grid.stage import LOOKS, Actor, Stage, Tile
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites, tile_look
 
@@ -185,11 +185,19 @@ MARK_DRAWINGS = {
 }
 
 
-def mark_symbols() -> str:
+_HANDLE = "M14 50 H86 M14 34 V66 M86 34 V66"
+GRIP_DRAWING = (
+    f'<path d="{_HANDLE}" fill="none" {_LINE} stroke-width="17"/>'
+    f'<path d="{_HANDLE}" fill="none" stroke="#f2c14e" stroke-linecap="round" stroke-width="9"/>'
+)
+
+
+def mark_symbols(stage: Stage) -> str:
     """`<symbol>`s of all marks, with ids 'mark--puff' and so on, in 100 x 100 units."""
+    drawings = MARK_DRAWINGS | ({"grip": GRIP_DRAWING} if stage.pulls else {})
     return "".join(
         f'<symbol id="mark--{kind}" overflow="visible">{drawing}</symbol>\n'
-        for kind, drawing in MARK_DRAWINGS.items()
+        for kind, drawing in drawings.items()
     )
 
 

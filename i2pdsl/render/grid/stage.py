@@ -5,7 +5,7 @@ description and none of them needs the world, its planner or JAX. `break_down` r
 script as a list of beats: who stepped, pushed whom, failed or bumped, one after the other.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ LOOKS: dict[str, Cell] = DIRECTIONS | {  # where eyes go, too
     "northeast": (1, -1), "northwest": (-1, -1), "southeast": (1, 1), "southwest": (-1, 1),
 }  # fmt: skip
 
-WALL = "#"
+WALL, PULL = "#", "pull_"
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,9 @@ class Stage:
 
     The characters among `cast` stand in acting order. `floor`, `wall` and `frame` are CSS colours
     (the frame's '' is one that suits the walls); `ground` is how the floor is laid, checker,
-    boards, grass or plain. `wall_sprite` and `wall_drawing` are as an actor's.
+    boards, grass or plain. `wall_sprite` and `wall_drawing` are as an actor's. `fences` are walls
+    between two cells; `together` says that characters act at the same time, `pulls` that one of
+    them pulls something; `alike` are the names of things that are not told apart.
     """
 
     name: str
@@ -65,6 +67,10 @@ class Stage:
     ground: str = "checker"
     wall_sprite: str = ""
     wall_drawing: str = ""
+    fences: tuple[tuple[Cell, Cell], ...] = ()
+    together: bool = False
+    pulls: bool = False
+    alike: tuple[tuple[str, ...], ...] = ()
 
     @property
     def width(self) -> int:
@@ -87,6 +93,11 @@ class Stage:
         inside = 0 <= row < self.height and 0 <= column < len(self.rows[row])
         return not inside or self.rows[row][column] == WALL
 
+    def is_closed(self, here: Cell, there: Cell) -> bool:
+        """Whether a wall is in the way from a cell to the next."""
+        between = (here, there) in self.fences or (there, here) in self.fences
+        return between or self.is_wall(there)
+
 
 class Shove(NamedTuple):
     """One actor moved by another's action."""
@@ -100,8 +111,8 @@ class Shove(NamedTuple):
 class Beat:
     """One thing that happens in a frame (1..T), from `start` to `end` in turns.
 
-    `verb`: 'step', 'push', 'fail' (chance was against it), 'bump' (something was in the way),
-    'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before.
+    `verb`: 'step', 'push', 'pull', 'fail' (chance was against it), 'bump' (something was in the
+    way), 'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before.
     """
 
     frame: int
@@ -124,6 +135,7 @@ def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
     frame ends exactly in the script's own state.
     """
     beats: list[Beat] = []
+    script = followed(stage, script)
     here = _cells(script["start"])
     for t, frame in enumerate(script["frames"], start=1):
         there = _cells(frame["state"])
@@ -133,6 +145,33 @@ def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
             beats += _turn_beats(stage, t, here, there, frame)
         here = there
     return beats
+
+
+def followed(stage: Stage, script: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The script with each of the things that are alike under one name from first to last.
+
+    A state names them in reading order, whichever was moved where. What stands still keeps its
+    name; who else there is goes the shortest way.
+    """
+    if not stage.alike:
+        return script
+    frames, before = [], script["start"]
+    for frame in script["frames"]:
+        state = dict(frame["state"])
+        for group in stage.alike:
+            left = [tuple(state[name]) for name in group]
+            were = {name: tuple(before[name]) for name in group}
+            stayed = {name: cell for name, cell in were.items() if cell in left}
+            left = [cell for cell in left if cell not in stayed.values()]
+            for name, (x, y) in were.items():
+                if name not in stayed:
+                    _, nearest = min((abs(c[0] - x) + abs(c[1] - y), c) for c in left)
+                    stayed[name] = nearest
+                    left.remove(nearest)
+            state |= {name: list(cell) for name, cell in stayed.items()}
+        before = state
+        frames.append({**frame, "state": state})
+    return {**script, "frames": frames}
 
 
 def _cells(state: Mapping[str, Any]) -> dict[str, Cell | None]:
@@ -155,27 +194,13 @@ def _turn_beats(
     there: Mapping[str, Cell | None],
     frame: Mapping[str, Any],
 ) -> list[Beat]:
-    now = dict(here)
-    beats: list[Beat] = []
     acting = [a.name for a in stage.characters if frame.get(a.name) and here.get(a.name)]
-    for i, name in enumerate(acting):
-        start, end = _slot(t, i, len(acting))
-        action, moved = frame[name]["action"], frame[name]["moved"]
-        origin = now[name]
-        assert origin is not None  # `acting` holds only those who are present
-        if action not in DIRECTIONS:
-            beats.append(Beat(t, start, end, name, "stay", "", origin, origin))
-        elif not moved:
-            target = _beyond(origin, action)
-            taken = stage.is_wall(target) or target in now.values()
-            verb = "bump" if taken else "fail"
-            beats.append(Beat(t, start, end, name, verb, action, origin, origin))
-        else:
-            target = _beyond(origin, action)
-            pushed = _push(now, target, action, name)
-            now[name] = target
-            verb = "push" if pushed else "step"
-            beats.append(Beat(t, start, end, name, verb, action, origin, target, pushed))
+    # Of two who act together, the first may have waited for the other to make way.
+    for order in (acting, acting[::-1]) if stage.together else (acting,):
+        now = dict(here)
+        beats = _acts(stage, t, now, order, frame)
+        if all(now.get(name) == cell for name, cell in there.items()):
+            break
     for name, cell in there.items():
         before = now.get(name)
         if cell == before:
@@ -184,6 +209,43 @@ def _turn_beats(
             beats.append(Beat(t, t - 1, t, name, "vanish" if before else "fall", "", before, cell))
         else:
             _reconcile(beats, name, before, cell)
+    return beats
+
+
+def _acts(
+    stage: Stage,
+    t: int,
+    now: dict[str, Cell | None],
+    acting: Sequence[str],
+    frame: Mapping[str, Any],
+) -> list[Beat]:
+    """The beats of a turn in which some act in this order; moves `now` as they move."""
+    beats: list[Beat] = []
+    for i, name in enumerate(acting):
+        start, end = _slot(t, i, len(acting))
+        action, moved = frame[name]["action"], frame[name]["moved"]
+        origin = now[name]
+        assert origin is not None  # `acting` holds only those who are present
+        is_pull, action = action.startswith(PULL), action.removeprefix(PULL)
+        if action not in DIRECTIONS:
+            beats.append(Beat(t, start, end, name, "stay", "", origin, origin))
+        elif not moved:
+            target = _beyond(origin, action)
+            taken = is_pull or stage.is_closed(origin, target) or target in now.values()
+            verb = "bump" if taken else "fail"
+            beats.append(Beat(t, start, end, name, verb, action, origin, origin))
+        else:
+            target = _beyond(origin, action)
+            pushed = _push(now, target, action, name)
+            now[name] = target
+            verb = "push" if pushed else "step"
+            if is_pull:
+                verb, pushed = "pull", _pull(now, origin, action, name)
+            beats.append(Beat(t, start, end, name, verb, action, origin, target, pushed))
+    others = {shove.name for beat in beats for shove in beat.pushed}
+    if stage.together and len(beats) == 2 and not others & set(acting):
+        begin, done = _slot(t, 0, 1)
+        beats = [replace(beat, start=begin, end=done) for beat in beats]
     return beats
 
 
@@ -223,6 +285,18 @@ def _push(
     return tuple(shoves)
 
 
+def _pull(
+    now: dict[str, Cell | None], cell: Cell, direction: str, puller: str
+) -> tuple[Shove, ...]:
+    """Moves whoever stands behind a cell onto it."""
+    dx, dy = DIRECTIONS[direction]
+    behind = cell[0] - dx, cell[1] - dy
+    names = [name for name, at in now.items() if at == behind and name != puller]
+    for name in names:
+        now[name] = cell
+    return tuple(Shove(name, behind, cell) for name in names)
+
+
 def _slot(t: int, i: int, n: int) -> tuple[float, float]:
     """When the i-th of n characters acts in frame t; a lone one does not dawdle all turn long."""
     if n == 1:
@@ -236,6 +310,9 @@ def describe(beat: Beat) -> str:
         case "push":
             pushed = " and ".join(shove.name for shove in beat.pushed)
             return f"{beat.actor} pushes {pushed} {beat.direction}"
+        case "pull":
+            pulled = " and ".join(shove.name for shove in beat.pushed)
+            return f"{beat.actor} pulls {pulled} {beat.direction}"
         case "step":
             return f"{beat.actor} goes {beat.direction}".rstrip()
         case "fail":

@@ -11,6 +11,7 @@ from i2pdsl.worlds.grid.spec import GridSpec
 def as_json(spec: GridSpec) -> dict[str, Any]:
     return {
         "map": list(spec.rows),
+        **({"walls": [[list(a), list(b)] for a, b in spec.walls]} if spec.walls else {}),
         "states": spec.state_count,
         "characters": [
             {
@@ -18,24 +19,51 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "success": c.success,
                 "goals": list(c.goals),
                 "pushes": list(c.pushes),
+                **({"pulls": list(c.pulls)} if c.pulls else {}),
                 "toward": c.toward,
                 "models": c.models,
             }
             for c in spec.characters
         ],
-        "objects": [{"name": t.name, "may_be_absent": t.may_be_absent} for t in spec.things],
+        "objects": [
+            {"name": t.name, "may_be_absent": t.may_be_absent}
+            | ({"count": t.count} if t.count > 1 else {})
+            for t in spec.things
+        ],
+        **({"order": "together"} if spec.together else {}),
         "tiles": [{"name": t.name, "cells": [list(c) for c in t.cells]} for t in spec.tiles],
     }
 
 
+def map_in_words(spec: GridSpec) -> list[str]:
+    """The lines of the map as a file has it, with the walls between its cells."""
+    if not spec.walls:
+        return list(spec.rows)
+    walls, lines = set(spec.walls), []
+    for r, row in enumerate(spec.rows):
+        gaps = ["|" if ((c, r), (c + 1, r)) in walls else " " for c in range(len(row) - 1)]
+        lines.append("".join(a + b for a, b in zip(row, [*gaps, ""], strict=True)))
+        below = " ".join("-" if ((c, r), (c, r + 1)) in walls else " " for c in range(len(row)))
+        if below.strip():
+            lines.append(below.rstrip())
+    return lines
+
+
 def in_words(spec: GridSpec) -> list[str]:
-    lines = [f"    {row}" for row in spec.rows]
+    lines = [f"    {row}" for row in map_in_words(spec)]
     hypotheses = len(grid_hypotheses(spec))
-    lines += ["", f"{spec.state_count:,} states, {hypotheses} hypotheses", ""]
+    most = "at most " if spec.is_limited else ""
+    lines += ["", f"{most}{spec.state_count:,} states, {hypotheses} hypotheses", ""]
     for c in spec.characters:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
+        pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
-        lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else ''}")
+        told = f": {t.count} that are alike" if t.count > 1 else ""
+        lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else told}")
+    if spec.together:
+        lines.append("both act at the same time")
+    if spec.settings.horizon:
+        lines.append(f"the time is up after {spec.settings.horizon} frames")
     return lines

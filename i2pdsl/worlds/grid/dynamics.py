@@ -1,40 +1,49 @@
 """States and moves of a grid world as arrays (NumPy, built once per world).
 
 A state is the index of a valid arrangement: the cells of the characters and then of the things,
-no two on one cell; an absent thing has the cell number `absent` = number of free cells.
+no two on one cell; an absent thing has the cell number `absent` = number of free cells. Things that
+are alike stand in the order of their cells: whichever arrangement of them an action leads to, it is
+the same state.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, GridSpec
+from i2pdsl.worlds.grid.spec import ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
 
 Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The arrays of a world's states. S states, E entities, C characters, A = 5 actions, N cells.
+    """The arrays of a world's states. S states, E entities, N cells, A actions of a character: 5,
+    or 9 of one who pulls.
 
     Attributes:
         cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
         lookup: int32 [N+1]*E flattened, the state of an arrangement, -1 where it is invalid.
         strides: int [E], so that lookup[(cells * strides).sum()] is the state.
-        successor: int32 [C, A, S], the state after a character's action if it succeeds; the state
-            itself where the character is blocked or stays.
+        successor: for each character int32 [A, S], the state after its action if it succeeds; the
+            state itself where it is blocked or stays.
         coordinates: int [N, 2], (column, row) of each cell.
     """
 
     cells: np.ndarray
     lookup: np.ndarray
     strides: np.ndarray
-    successor: np.ndarray
+    successor: tuple[np.ndarray, ...]
     coordinates: np.ndarray
+
+    def cells_of(self, state: Array) -> np.ndarray:
+        """The cells [..., E] in some states, whatever their frames."""
+        found: np.ndarray = self.cells[state % len(self.cells)]
+        return found
 
     @property
     def state_count(self) -> int:
@@ -50,18 +59,21 @@ class Dynamics:
 def build_dynamics(spec: GridSpec) -> Dynamics:
     """Enumerates the states of a world and all moves."""
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
-    count = len(coordinates)
-    cells = _arrangements(spec, count)
-    entities = cells.shape[1]
+    count, entities = len(coordinates), len(spec.entities)
     strides = (count + 1) ** np.arange(entities - 1, -1, -1, dtype=np.int64)
-    lookup = np.full((count + 1) ** entities, -1, dtype=np.int32)
-    lookup[cells.astype(np.int64) @ strides] = np.arange(len(cells), dtype=np.int32)
     neighbour = _neighbours(spec, count)
-    successor = np.stack(
-        [
-            _successors(spec, who, cells, neighbour, lookup, strides)
-            for who in range(len(spec.characters))
-        ]
+    cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
+    lookup = np.full((count + 1) ** entities, -1, dtype=np.int32)
+    for order in _orders(spec):
+        codes = cells[:, order].astype(np.int64) @ strides
+        lookup[codes] = np.arange(len(cells), dtype=np.int32)
+    states = np.arange(len(cells), dtype=np.int32)
+    successor = tuple(
+        # From the last frame of a limited world nothing leads on.
+        np.where((after := lookup[codes]) >= 0, after, states)
+        for codes in (
+            _successors(spec, who, cells, neighbour, strides) for who in range(len(spec.characters))
+        )
     )
     return Dynamics(cells, lookup, strides, successor, coordinates)
 
@@ -70,8 +82,10 @@ def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
     """All valid cells of the entities, in row-major order: int16 or int32 [S, E]."""
     narrow = np.dtype(np.int16 if count <= np.iinfo(np.int16).max else np.int32)
     cells = np.zeros((1, 0), dtype=narrow)
-    may_be_absent = [False] * len(spec.characters) + [t.may_be_absent for t in spec.things]
-    for absent_too in may_be_absent:
+    may_be_absent = [False] * len(spec.characters)
+    may_be_absent += [t.may_be_absent for t in spec.things for _ in t.names]
+    later = {number for group in spec.groups for number in group[1:]}
+    for entity, absent_too in enumerate(may_be_absent):
         options = np.arange(count + absent_too, dtype=narrow)
         repeated = np.repeat(cells, len(options), axis=0)
         column = np.tile(options, len(cells))
@@ -79,18 +93,72 @@ def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
         for other in range(cells.shape[1]):
             # Two absent things share the number `count` without being in each other's way.
             free &= (repeated[:, other] != column) | (column == count)
+        if entity in later:
+            free &= repeated[:, -1] < column
         cells = np.concatenate([repeated[free], column[free, None]], axis=1)
     return cells
 
 
+def _orders(spec: GridSpec) -> list[list[int]]:
+    """Every order of the entities [E] in which those that are alike have changed places."""
+    found = []
+    for changed in product(*(permutations(group) for group in spec.groups)):
+        order = list(range(len(spec.entities)))
+        for group, places in zip(spec.groups, changed, strict=True):
+            for entity, place in zip(group, places, strict=True):
+                order[entity] = place
+        found.append(order)
+    return found
+
+
 def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
-    """The neighbouring cell in each direction, -1 where there is a wall: int [N + 1, A]."""
+    """The neighbouring cell in each direction, -1 where there is a wall: int [N + 1, 9]."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
-    table = np.full((count + 1, len(ACTIONS)), -1, dtype=np.int64)
-    for (column, row), cell in number.items():
-        for action, (dx, dy) in enumerate(OFFSETS):
-            table[cell, action] = number.get((column + dx, row + dy), -1)
+    walls = set(spec.walls)
+    table = np.full((count + 1, len(ALL_ACTIONS)), -1, dtype=np.int64)
+    for here, cell in number.items():
+        for action, (dx, dy) in enumerate(ALL_OFFSETS):
+            there = here[0] + dx, here[1] + dy
+            if (here, there) not in walls and (there, here) not in walls:
+                table[cell, action] = number.get(there, -1)
     return table
+
+
+def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.ndarray:
+    """The cells [S, E] of all arrangements that a limited world can come to in time, in the middle
+    of a frame too, sorted."""
+    number = {cell: i for i, cell in enumerate(spec.free_cells)}
+    start = np.array([[number[cell] for cell in spec.placed if cell is not None]])
+    found = ends = np.unique(_codes(spec, start, strides))
+
+    def after(codes: np.ndarray, who: int) -> np.ndarray:
+        cells = codes[:, None] // strides % (neighbour.shape[0])
+        moved = _successors(spec, who, cells, neighbour, strides)
+        cells = np.unique(moved)[:, None] // strides % neighbour.shape[0]
+        return np.unique(_codes(spec, cells, strides))
+
+    everyone = range(len(spec.characters))
+    for _ in range(spec.settings.horizon):
+        # In any order: of two who act together, the second may go first (model.py).
+        orders = [tuple(everyone), tuple(reversed(everyone))] if spec.together else [everyone]
+        reached = []
+        for order in orders:
+            codes = ends
+            for who in order:
+                codes = after(codes, who)
+                found = np.union1d(found, codes)
+            reached.append(codes)
+        ends = np.unique(np.concatenate(reached))
+    return found[:, None] // strides % neighbour.shape[0]
+
+
+def _codes(spec: GridSpec, cells: np.ndarray, strides: np.ndarray) -> np.ndarray:
+    """The numbers of arrangements, in which those that are alike stand in order."""
+    cells = cells.copy()
+    for group in spec.groups:
+        cells[:, list(group)] = np.sort(cells[:, list(group)], axis=1)
+    codes: np.ndarray = cells @ strides
+    return codes
 
 
 def _successors(
@@ -98,33 +166,42 @@ def _successors(
     who: int,
     cells: np.ndarray,
     neighbour: np.ndarray,
-    lookup: np.ndarray,
     strides: np.ndarray,
 ) -> np.ndarray:
-    """The successful outcome of each action of one character: int32 [A, S]."""
-    names = spec.entities
-    pushed_by = [name in spec.characters[who].pushes for name in names]
+    """What each action of one character leads to, if it succeeds: numbers of arrangements,
+    int64 [A, S]."""
+    character = spec.characters[who]
+    pushed, pulled = spec.numbers_of(character.pushes), spec.numbers_of(character.pulls)
     own = cells[:, who].astype(np.int64)
-    result = np.empty((len(ACTIONS), len(cells)), dtype=np.int32)
+    result = np.empty((len(character.actions), len(cells)), dtype=np.int64)
     base = cells.astype(np.int64) @ strides
-    for action in range(len(ACTIONS)):
+    others = [other for other in range(cells.shape[1]) if other != who]
+    for action in range(len(character.actions)):
         target = neighbour[own, action]
         beyond = neighbour[target, action]  # -1 reads the last row, which is all -1
         possible = target >= 0
         index = base + (target - own) * strides[who]
-        for other in range(cells.shape[1]):
-            if other == who:
-                continue
+        for other in others:
             met = (cells[:, other] == target) & (target >= 0)
-            if not pushed_by[other]:
+            if other not in pushed or action > STAY:
                 possible &= ~met
                 continue
             free = beyond >= 0
-            for third in range(cells.shape[1]):
-                if third not in (who, other):
+            for third in others:
+                if third != other:
                     free &= cells[:, third] != beyond
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
-        states = np.arange(len(cells), dtype=np.int32)
-        result[action] = np.where(possible, lookup[np.where(possible, index, base)], states)
+        if action > STAY:  # it goes one cell, and what stands behind it comes to where it was
+            behind = neighbour[own, _BACK[action - STAY - 1]]
+            held = np.zeros(len(cells), dtype=bool)
+            for other in pulled:
+                follows = (cells[:, other] == behind) & (behind >= 0)
+                held |= follows
+                index += np.where(follows, (own - behind) * strides[other], 0)
+            possible &= held
+        result[action] = np.where(possible, index, base)
     return result
+
+
+_BACK = (1, 0, 3, 2)  # the way back of north, south, east, west

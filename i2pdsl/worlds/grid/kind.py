@@ -85,7 +85,7 @@ class GridKind(Kind):
         is_cached = built.planning_seconds == 0
         document = {
             "world": spec.name,
-            "states": spec.state_count,
+            "states": built.dynamics.state_count,
             "problems": problems,
             "residual": built.residual,
             "bound": built.bound,
@@ -94,7 +94,7 @@ class GridKind(Kind):
         }
         where = "read from the cache" if is_cached else "solved and stored"
         words = (
-            f"{spec.name}: {spec.state_count:,} states, {problems} problems, residual "
+            f"{spec.name}: {built.dynamics.state_count:,} states, {problems} problems, residual "
             f"{built.residual:.2g}, values right to {built.bound:.2g}, {where} in "
             f"{document['seconds']:.1f} s"
         )

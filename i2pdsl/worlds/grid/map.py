@@ -18,6 +18,8 @@ _SYMBOL = re.compile(r'\bsymbol[ \t]*=[ \t]*"?(\S)')
 _BARE_SIGN = re.compile(
     r'^([^#"\n]*\bsymbol[ \t]*=[ \t]*)([^\w\s"]|[^\w\s"({[]\S*)(?=[ \t]*(?:#.*)?$)', re.MULTILINE
 )
+_EDGED = re.compile(r"[^\s|-](?:[ |][^\s|-])+")  # cells with a space or a wall between each two
+_BETWEEN = re.compile(r"[-+| ]*-[-+| ]*")  # walls below the cells of the row above
 _COMMENT = re.compile(r"\s(#+\s*[^\W\d_]{3}.*)$")  # behind a row, where `#` may be a wall too
 
 
@@ -60,6 +62,8 @@ class MapReader(BlockReader):
 
     Attributes:
         spaced: whether the map has spaces for floor.
+        walls: pairs of cells with a wall between them.
+        step: how many characters of a row a cell takes.
     """
 
     def __init__(self, source: Source):
@@ -67,6 +71,8 @@ class MapReader(BlockReader):
         self.rows: list[tuple[str, Span]] | None = None
         self.map_span = Span(source, 0, 0)
         self.spaced = False
+        self.walls: list[tuple[tuple[int, int], tuple[int, int]]] = []
+        self.step = 1
         self.reported_lines: set[int] = set()
 
     def read(self) -> None:
@@ -116,6 +122,8 @@ class MapReader(BlockReader):
         """Cuts the rows out of their lines. Spaces are no floor, but where they are meant as such
         (levels of games are drawn so), that is one mistake of the whole map."""
         assert self.rows is not None
+        if self.cut_edged():
+            return
         columns = {self.source.position(place.start)[1] for _, place in self.rows}
         lengths = {len(place.text) for _, place in self.rows}
         self.spaced = any(len(place.text.split()) > 1 for _, place in self.rows)
@@ -135,6 +143,72 @@ class MapReader(BlockReader):
         message = f"a space is no cell of a map, and this map has {len(spaces)}"
         hint = f"draw floor as `{FLOOR}`, and what is outside as `{WALL}`: all rows equally long"
         self.problem("world-map", message, spaces[0], hint)
+
+    def cut_edged(self) -> bool:
+        """Cuts a map with walls between its cells, if it is one; returns whether it is.
+
+        Between each two cells of a row stands one character, a space or `|`. A line between two
+        rows has a `-` below each cell that has a wall there.
+        """
+        assert self.rows is not None
+        lines = [place for _, place in self.rows]
+        rows = [place for place in lines if not _BETWEEN.fullmatch(place.text)]
+        good = [place for place in rows if _EDGED.fullmatch(place.text)]
+        if 2 * len(good) <= len(rows) or not any(" " in place.text for place in good):
+            return False
+        self.step, margin = 2, self.source.position(good[0].start)[1]
+        self.rows = []
+        dashes: list[tuple[int, Span]] = []  # the row above, and the line
+        for place in lines:
+            if place not in rows:
+                dashes.append((len(self.rows) - 1, place))
+                continue
+            self.check_edged(place, margin)
+            number = len(self.rows)
+            cells, marks = place.text[::2], place.text[1::2]
+            cells = re.sub(r"[\s|-]", FLOOR, cells)  # where there is none, that is said
+            self.rows.append((same_name(cells), place))
+            east = [((c, number), (c + 1, number)) for c, mark in enumerate(marks) if mark == "|"]
+            self.walls.extend(east)
+        for row, place in dashes:
+            self.read_dashes(row, place, margin)
+        return True
+
+    def check_edged(self, place: Span, margin: int) -> None:
+        """Reports the first mistake in a row of cells with something between each two."""
+        hint = f"a cell, a space or `|` for a wall, and the next cell: `{FLOOR} {FLOOR}|{FLOOR}`"
+        if self.source.position(place.start)[1] != margin:
+            self.problem("world-map", "this row does not begin below the others", place, hint)
+            return
+        for at, sign in enumerate(place.text):
+            wrong = sign not in " |" if at % 2 else sign in " |-"
+            if wrong or (at % 2 and at + 1 == len(place.text)):
+                span = Span(self.source, place.start + at, place.start + at + 1)
+                what = "between two cells stands a space or `|`" if at % 2 else "here is no cell"
+                self.problem("world-map", what, span, hint)
+                return
+
+    def read_dashes(self, row: int, place: Span, margin: int) -> None:
+        """Reads the walls below a row; -1 is above the first."""
+        assert self.rows is not None
+        first = self.source.position(place.start)[1] - margin
+        width = len(self.rows[0][0]) if self.rows else 0
+        signs = {first + at: sign for at, sign in enumerate(place.text)}
+        for at, sign in signs.items():
+            if sign != "-":
+                continue
+            column, aside = divmod(at, 2)
+            span = Span(self.source, place.start + at - first, place.start + at - first + 1)
+            if aside and "-" in (signs.get(at - 1), signs.get(at + 1)):
+                continue  # part of a longer line
+            if aside or not 0 <= column < width:
+                hint = "a `-` stands right below the cell that has a wall below"
+                self.problem("world-map", "this wall is below no cell", span, hint)
+            elif not 0 <= row < len(self.rows) - 1:
+                hint = "the edge of a map is a wall anyway"
+                self.problem("world-map", "a wall between cells has a row on each side", span, hint)
+            else:
+                self.walls.append(((column, row), (column, row + 1)))
 
     def misplaced_row(self, place: Span) -> None:
         """Reports the first thing that stands on a line behind a row, or behind `map`."""

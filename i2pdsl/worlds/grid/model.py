@@ -2,7 +2,16 @@
 
 Every function takes the tables first and works on NumPy and on JAX arrays alike, with any number
 of leading axes on states: queries run in NumPy without compiling, searches in JAX. Shapes:
-S states, E entities, C characters, A = 5 actions, N cells, O observers, H hypotheses.
+S states, E entities, C characters, A actions of a character, N cells, O observers, H hypotheses,
+F frames of a horizon (1 without).
+
+Where there is a horizon, what is best depends on how many frames are left, and a state's number
+says so: it is S times the frame (from 0) plus the number of the arrangement. The last frame goes
+on: whatever comes after it is taken as the last one, too.
+
+Where both act `together`, each chooses by the state before the frame. What then happens: the first
+of them moves and then the second, unless the first can move only once the second is out of its way.
+So one may follow the other, two do not change places, and of two who want a cell the first gets it.
 
 An action of the story is a number: o_1 * n_2 + o_2 for a turn in which the characters have the
 outcomes o_1 and o_2 (an outcome is an action and whether it succeeded), then, for events,
@@ -11,13 +20,14 @@ outcomes o_1 and o_2 (an outcome is an action and whether it succeeded), then, f
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, STAY
+from i2pdsl.worlds.grid.spec import ALL_OFFSETS, STAY
 from i2pdsl.worlds.world import Branches
 
 Array = Any
@@ -27,26 +37,29 @@ class Tables(NamedTuple):
     """The numbers of a world under one or several observers.
 
     Attributes:
-        cells [S, E], lookup, strides [E], successor [C, A, S]: see dynamics.py.
+        cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
         coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
-        cost [A]: reward of an action away from the goal.
+        cost [9]: reward of an action away from the goal.
         gamma []: discount factor.
         reward []: reward on the goal tile.
-        continuation: for each character [S, P], the value W after an action, before the other's
-            answer, for each planning problem (planning/value_iteration.py).
+        continuation: for each character [F * S, P], the value W after an action, before the
+            other's answer, for each planning problem (planning/value_iteration.py); of both who
+            act together, the value after the frame.
         columns: for each character [O, H], the problem of a hypothesis; P where irrational.
         sharpness: for each character [P], beta of the problem's observer.
         goals: for each character [P, N + 1], whether a cell is the problem's goal.
         log_prior [O, H]: the belief before anything moved.
         forgetting [O]: share of belief that is reassigned after each action.
+        layer []: S, where there is a horizon; else None.
+        against: what each character expects of the other who acts together with it; else None.
     """
 
     cells: Array
     lookup: Array
     strides: Array
-    successor: Array
+    successor: tuple[Array, ...]
     coordinates: Array
     absent: Array
     success: Array
@@ -59,6 +72,33 @@ class Tables(NamedTuple):
     goals: tuple[Array, ...]
     log_prior: Array
     forgetting: Array
+    layer: Array | None = None
+    against: tuple[Against, ...] | None = None
+
+
+class Against(NamedTuple):
+    """What a character expects of the other in each of its problems.
+
+    Attributes:
+        fixed [A, P]: how the other acts, wherever it is, where it is not seen through.
+        problem [P]: the other's problem that is seen through; None if there is none such.
+        known [P]: where that is so.
+        beta [P']: how sharply the other chooses in each of its problems.
+        rho [P]: how much its reward counts.
+        success []: the probability that each character's move succeeds; None where it is sure.
+    """
+
+    fixed: Array
+    problem: Array | None
+    known: Array
+    beta: Array
+    rho: Array
+    success: tuple[Array | None, ...]
+
+
+def arrangement(tables: Tables, state: Array) -> Array:
+    """A state without its frame."""
+    return state if tables.layer is None else state % tables.layer
 
 
 def padded(tables: Tables) -> Tables:
@@ -71,9 +111,11 @@ def padded(tables: Tables) -> Tables:
     return tables._replace(
         cells=along(0, states)(tables.cells),
         lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
-        successor=along(2, states)(tables.successor),
+        successor=tuple(map(along(1, states), tables.successor)),
         coordinates=along(0, cells)(tables.coordinates),
-        continuation=tuple(map(along(0, states), tables.continuation)),
+        continuation=tuple(
+            along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
+        ),
         goals=tuple(map(along(1, cells), tables.goals)),
     )
 
@@ -95,11 +137,15 @@ class Moves:
     slots: int
     entities: int
     events: tuple[int, ...]  # the entity that each event drops
+    actions: tuple[int, ...]  # how many each character has
+    alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
+    frames: int = 1  # F
+    together: bool = False
 
     def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
         """(action, success) for each outcome of a character; staying cannot fail."""
-        succeed = tuple((a, True) for a in range(len(ACTIONS)))
-        fail = tuple((a, False) for a in range(len(ACTIONS)) if a != STAY)
+        succeed = tuple((a, True) for a in range(self.actions[who]))
+        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
         return succeed + fail if self.weak[who] else succeed
 
     @property
@@ -120,13 +166,79 @@ def namespace(array: Array) -> Any:
 def action_values(tables: Tables, who: int, state: Array) -> Array:
     """Q(s, a) of every planning problem: [..., A, P] (model.md, "Kitchen")."""
     xp = namespace(tables.cells)
-    table = tables.continuation[who]
-    after = xp.moveaxis(tables.successor[who][:, state], 0, -1)
+    table, here = tables.continuation[who], arrangement(tables, state)
+    on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[here, who]], 0, -1)
+    cost = tables.cost[: len(tables.successor[who])]
+    reward = tables.reward * on_goal[..., None, :] + cost[:, None]
+    if tables.against is not None:
+        return reward + _together_values(tables, tables.against[who], who, state)
+    after = xp.moveaxis(tables.successor[who][:, here], 0, -1)
+    if tables.layer is not None:
+        after = after + (state - here)[..., None]
     p = tables.success[who]
     expected = p * table[after] + (1 - p) * table[state][..., None, :]
-    on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[state, who]], 0, -1)
-    reward = tables.reward * on_goal[..., None, :] + tables.cost[:, None]
     return reward + tables.gamma * expected
+
+
+def _together_values(tables: Tables, against: Against, who: int, state: Array) -> Array:
+    """What one expects besides its own reward: the other's now, and what comes: [..., A, P]."""
+    xp = namespace(tables.cells)
+    other, here = 1 - who, arrangement(tables, state)
+    ends = _joint(tables, here)[0] + (state - here)[..., None, None]
+    future = tables.continuation[who][ends]  # [..., A_1, A_2, P]
+    for p, axis in zip(against.success, (-3, -2), strict=True):
+        if p is not None:
+            future = p * future + (1 - p) * xp.take(future, xp.asarray([STAY]), axis=axis)
+    policy = expected_of_other(tables, against, other, state)
+    facing = policy[..., None, :, :] if who == 0 else policy[..., :, None, :]
+    expected = (facing * future).sum(-2 if who == 0 else -3)
+    social = others_reward(tables, against, policy, other, here)
+    return (against.rho * social)[..., None, :] + tables.gamma * expected
+
+
+def expected_of_other(tables: Tables, against: Against, other: int, state: Array) -> Array:
+    """P(a | s) of the other in each of one's problems: [..., A, P]."""
+    xp = namespace(tables.cells)
+    if against.problem is None:
+        return xp.broadcast_to(against.fixed, (*state.shape, *against.fixed.shape))
+    scaled = against.beta * action_values(tables, other, state)
+    weights = xp.exp(scaled - xp.max(scaled, axis=-2, keepdims=True))
+    policy = (weights / xp.sum(weights, axis=-2, keepdims=True))[..., against.problem]
+    return xp.where(against.known, policy, against.fixed)
+
+
+def others_reward(
+    tables: Tables, against: Against, policy: Array, other: int, here: Array
+) -> Array:
+    """What one expects the other to be paid for its action in an arrangement, [..., P]; 0 where it
+    is not seen through.
+
+    Args:
+        policy: [..., A, P], of the other.
+    """
+    xp = namespace(tables.cells)
+    cost = (policy * tables.cost[: policy.shape[-2], None]).sum(-2)
+    if against.problem is None:
+        return cost * 0
+    goals = xp.moveaxis(tables.goals[other][:, tables.cells[here, other]], 0, -1)
+    return xp.where(against.known, cost + tables.reward * goals[..., against.problem], 0)
+
+
+def _joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
+    """The arrangement after each pair of actions of two who act together, if both succeed, and
+    whether the first and the second are moved by them: [..., A_1, A_2] each."""
+    xp = namespace(tables.cells)
+    one, two = tables.successor
+    first, second = xp.moveaxis(one[:, here], 0, -1), xp.moveaxis(two[:, here], 0, -1)
+    in_order = xp.moveaxis(two[:, first], 0, -1)  # [..., A_1, A_2]
+    in_turn = xp.moveaxis(one[:, second], 0, -2)
+    waits = (first == here[..., None])[..., None]
+    second, first = second[..., None, :], first[..., None]
+    return (
+        xp.where(waits, in_turn, in_order),
+        ~waits | (in_turn != second),
+        xp.where(waits, second != here[..., None, None], in_order != first),
+    )
 
 
 def log_policy(tables: Tables, who: int, state: Array) -> Array:
@@ -135,11 +247,8 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
     log_probability = scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
-    irrational = xp.full_like(log_probability[..., :1], -_LOG_ACTIONS)
+    irrational = xp.full_like(log_probability[..., :1], -math.log(scaled.shape[-2]))
     return xp.concatenate([log_probability, irrational], axis=-1)[..., tables.columns[who]]
-
-
-_LOG_ACTIONS = 1.6094379124341003  # log 5
 
 
 def value(tables: Tables, who: int, state: Array) -> Array:
@@ -155,23 +264,28 @@ def value(tables: Tables, who: int, state: Array) -> Array:
 
 def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     """All joint turns from `state`, with what each hypothesis says of them."""
+    if moves.together:
+        return _turns_together(tables, moves, state)
     xp = namespace(tables.cells)
     first = moves.outcomes(0)
     actions = [a for a, _ in first]
-    reached = xp.moveaxis(tables.successor[0][:, state], 0, -1)  # [..., A]
+    here = arrangement(tables, state)
+    reached = xp.moveaxis(tables.successor[0][:, here], 0, -1)  # [..., A]
     # Failing leaves the state as it is, which is where staying leads.
     middle = reached[..., [a if ok else STAY for a, ok in first]]
-    moved = reached != state[..., None]
+    moved = reached != here[..., None]
     valid = xp.stack([moved[..., a] | ok for a, ok in first], axis=-1)
     p = tables.success[0]
     chance = _chance(xp, first, moved, p)
     row = log_policy(tables, 0, state)[..., actions, :, :]
     if len(moves.weak) == 1:
+        middle = _later(tables, moves, state, middle)
         return Branches(middle, valid, (row[..., :, None, :, :],), chance)
     second = moves.outcomes(1)
     answers = [a for a, _ in second]
     landed = xp.moveaxis(tables.successor[1][:, reached], 0, -1)  # [..., A, A]
-    answered = log_policy(tables, 1, reached)[..., answers, :, :]  # [..., A, n_2, O, H]
+    seen = reached if tables.layer is None else reached + (state - here)[..., None]
+    answered = log_policy(tables, 1, seen)[..., answers, :, :]  # [..., A, n_2, O, H]
     by_outcome = [a if ok else STAY for a, ok in first]
     end = landed[..., by_outcome, :][..., [a if ok else STAY for a, ok in second]]
     moved2 = landed[..., by_outcome, :] != middle[..., None]
@@ -179,22 +293,64 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     chance2 = _chance(xp, second, moved2, tables.success[1])
     shape = (*end.shape[:-2], end.shape[-2] * end.shape[-1])
     return Branches(
-        end.reshape(shape),
+        _later(tables, moves, state, end.reshape(shape)),
         (valid[..., None] & valid2).reshape(shape),
         (row[..., :, None, :, :], answered[..., by_outcome, :, :, :]),
         (chance[..., None] * chance2).reshape(shape),
     )
 
 
+def _turns_together(tables: Tables, moves: Moves, state: Array) -> Branches:
+    """`turns` of two who act together."""
+    xp = namespace(tables.cells)
+    ends, *moved = _joint(tables, arrangement(tables, state))
+    (acts, done), (acts2, done2) = (zip(*moves.outcomes(who), strict=True) for who in (0, 1))
+    acts, acts2 = xp.asarray(acts)[:, None], xp.asarray(acts2)
+    done, done2 = xp.asarray(done)[:, None], xp.asarray(done2)
+    effect, effect2 = xp.where(done, acts, STAY), xp.where(done2, acts2, STAY)
+    # Whether the action of each would move it, with what comes of the other's.
+    would = moved[0][..., acts, effect2], moved[1][..., effect, acts2]
+    chance = _chance_of(xp, done, would[0], tables.success[0]) * _chance_of(
+        xp, done2, would[1], tables.success[1]
+    )
+    row, row2 = (
+        log_policy(tables, who, state)[..., chosen, :, :]
+        for who, chosen in enumerate((acts[:, 0], acts2))
+    )
+    shape = (*state.shape, -1)
+    return Branches(
+        _later(tables, moves, state, ends[..., effect, effect2].reshape(shape)),
+        ((would[0] | done) & (would[1] | done2)).reshape(shape),
+        (row[..., :, None, :, :], row2[..., None, :, :, :]),
+        chance.reshape(shape),
+    )
+
+
+def _later(tables: Tables, moves: Moves, state: Array, after: Array) -> Array:
+    """The states [..., K] of arrangements that a frame from `state` [...] leads to."""
+    if tables.layer is None:
+        return after
+    frame = (state // tables.layer + 1)[..., None]
+    return after + tables.layer * namespace(tables.cells).minimum(frame, moves.frames - 1)
+
+
 def endings(tables: Tables, moves: Moves, state: Array) -> Array:
     """The states after each joint turn, [..., K]: `turns` without what anybody expects."""
     xp = namespace(tables.cells)
-    ends = xp.asarray(state)[..., None]
-    for who in range(len(moves.weak)):
-        acts = [action if ok else STAY for action, ok in moves.outcomes(who)]
-        moved = xp.moveaxis(tables.successor[who][:, ends], 0, -1)[..., acts]
-        ends = moved.reshape(*ends.shape[:-1], -1)
-    return ends
+    here = arrangement(tables, xp.asarray(state))
+    effects = [
+        [action if ok else STAY for action, ok in moves.outcomes(who)]
+        for who in range(len(moves.weak))
+    ]
+    if moves.together:
+        ends = _joint(tables, here)[0][..., effects[0], :][..., effects[1]]
+        ends = ends.reshape(*here.shape, -1)
+    else:
+        ends = here[..., None]
+        for who, acts in enumerate(effects):
+            moved = xp.moveaxis(tables.successor[who][:, ends], 0, -1)[..., acts]
+            ends = moved.reshape(*ends.shape[:-1], -1)
+    return _later(tables, moves, xp.asarray(state), ends)
 
 
 def _chance(xp: Any, outcomes: tuple[tuple[int, bool], ...], moved: Array, p: Array) -> Array:
@@ -205,6 +361,11 @@ def _chance(xp: Any, outcomes: tuple[tuple[int, bool], ...], moved: Array, p: Ar
     )
 
 
+def _chance_of(xp: Any, done: Array, would: Array, p: Array) -> Array:
+    """`_chance`, of outcomes side by side."""
+    return xp.where(would, xp.where(done, p, 1 - p), xp.ones_like(p) * done)
+
+
 def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
     """The states after each event (every thing onto every cell) and whether it can happen.
 
@@ -212,7 +373,8 @@ def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
     """
     xp = namespace(tables.cells)
     cells = xp.arange(moves.slots)
-    here = tables.cells[state]
+    place = arrangement(tables, state)
+    here = tables.cells[place]
     results, possible = [], []
     for entity in moves.events:
         code = (here * tables.strides).sum(-1)[..., None]
@@ -220,14 +382,17 @@ def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
         after = tables.lookup[code + there * tables.strides[entity]]
         absent = here[..., entity, None] == tables.absent
         possible.append(absent & (cells < tables.absent) & (after >= 0))
-        results.append(xp.where(possible[-1], after, state[..., None]))
-    return xp.concatenate(results, axis=-1), xp.concatenate(possible, axis=-1)
+        results.append(xp.where(possible[-1], after, place[..., None]))
+    ends = _later(tables, moves, state, xp.concatenate(results, axis=-1))
+    return ends, xp.concatenate(possible, axis=-1)
 
 
 def transition(tables: Tables, moves: Moves, state: Array, action: Array) -> Array:
     """The state after an action of the story (chance outcomes are part of the action)."""
     xp = namespace(tables.cells)
-    after = _step(tables, moves, state, action)[-1]
+    _, after = steps(tables, moves, state, action)
+    if tables.layer is not None:
+        after = _later(tables, moves, state, after[..., None])[..., 0]
     if not moves.events:
         return after
     fallen, _ = drops(tables, moves, state)
@@ -236,15 +401,58 @@ def transition(tables: Tables, moves: Moves, state: Array, action: Array) -> Arr
     return xp.where(action >= moves.turn_count, dropped, after)
 
 
-def _step(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
-    """The state before, between and after the characters' actions in a turn."""
+class Step(NamedTuple):
+    """What one character does in a frame.
+
+    Attributes:
+        before, after: the arrangements just before and after its action.
+        would: whether its action is one that could move it.
+    """
+
+    before: Array
+    after: Array
+    would: Array
+
+
+def steps(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[list[Step], Array]:
+    """What each character does in a turn, and the arrangement in which that ends."""
     xp = namespace(tables.cells)
-    states = [state]
-    for who in range(len(moves.weak)):
-        act, success = decode(moves, who, action, xp)
-        moved = tables.successor[who][act, states[-1]]
-        states.append(xp.where(success, moved, states[-1]))
-    return states
+    here = arrangement(tables, state)
+    chosen = [decode(moves, who, action, xp) for who in range(len(moves.weak))]
+    if moves.together:
+        return _steps_together(tables, here, chosen)
+    found: list[Step] = []
+    for who, (act, success) in enumerate(chosen):
+        before = found[-1].after if found else here
+        moved = tables.successor[who][act, before]
+        found.append(Step(before, xp.where(success, moved, before), moved != before))
+    return found, found[-1].after
+
+
+def _steps_together(
+    tables: Tables, here: Array, chosen: list[tuple[Array, Array]]
+) -> tuple[list[Step], Array]:
+    """`steps` of two who act together; as in `_joint`."""
+    xp = namespace(tables.cells)
+    one, two = tables.successor
+    (act, success), (act2, success2) = chosen
+    effect, effect2 = xp.where(success, act, STAY), xp.where(success2, act2, STAY)
+    first, second = one[effect, here], two[effect2, here]
+    in_order, in_turn = two[effect2, first], one[effect, second]
+    waits = first == here
+    would = (one[act, here] != here) | (one[act, second] != second)
+    return [
+        Step(xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
+        Step(first, xp.where(waits, second, in_order), two[act2, first] != first),
+    ], xp.where(waits, in_turn, in_order)
+
+
+def _chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
+    """The state that each character sees as it chooses."""
+    if moves.together:
+        return [state, state]
+    frame = state - arrangement(tables, state)
+    return [step.before + frame for step in steps(tables, moves, state, action)[0]]
 
 
 def decode(moves: Moves, who: int, action: Array, xp: Any) -> tuple[Array, Array]:
@@ -264,7 +472,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     An event is expected by nobody and explained by nothing: its rows are 0.
     """
     xp = namespace(tables.cells)
-    states = _step(tables, moves, state, action)
+    states = _chosen_at(tables, moves, state, action)
     rows = []
     for who in range(len(moves.weak)):
         act, _ = decode(moves, who, action, xp)
@@ -277,23 +485,37 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
 def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
     """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
     xp = namespace(tables.cells)
-    states = _step(tables, moves, state, action)
+    states = _chosen_at(tables, moves, state, action)
     is_turn = (action < moves.turn_count)[..., None, None]
     best = (xp.max(log_policy(tables, who, states[who]), axis=-3) for who in range(len(moves.weak)))
     return tuple(xp.where(is_turn, row, 0.0) for row in best)
 
 
+def alternatives(
+    tables: Tables, moves: Moves, state: Array, action: Array
+) -> tuple[tuple[Array, Array], ...]:
+    """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
+    did, [...]."""
+    states = _chosen_at(tables, moves, state, action)
+    return tuple(
+        (
+            log_policy(tables, who, states[who]),
+            decode(moves, who, action, namespace(tables.cells))[0],
+        )
+        for who in range(len(moves.weak))
+    )
+
+
 def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
     """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
     xp = namespace(tables.cells)
-    states = _step(tables, moves, state, action)
+    done, _ = steps(tables, moves, state, action)
     tried, succeeded = [], []
     for who, weak in enumerate(moves.weak):
         if weak:
-            act, success = decode(moves, who, action, xp)
-            possible = tables.successor[who][act, states[who]] != states[who]
-            tried.append(possible)
-            succeeded.append(possible & success)
+            _, success = decode(moves, who, action, xp)
+            tried.append(done[who].would)
+            succeeded.append(done[who].would & success)
     return xp.stack(tried, axis=-1), xp.stack(succeeded, axis=-1)
 
 
@@ -306,14 +528,15 @@ def is_turn(
 ) -> Array:
     """Whether everybody does so: (action, whether it fails) for each, None for anything."""
     xp = namespace(tables.cells)
-    states, done = _step(tables, moves, before, action), action < moves.turn_count
+    each, _ = steps(tables, moves, before, action)
+    done = action < moves.turn_count
     for who, act in enumerate(acts):
         if act is None:
             continue
         chosen, success = decode(moves, who, action, xp)
         done &= (chosen == act[0]) & (success != act[1])
         if act[1]:  # what is in the way makes no move fail
-            done &= tables.successor[who][chosen, states[who]] != states[who]
+            done &= each[who].would
     return done
 
 
@@ -331,37 +554,43 @@ def feature(
     Entities are numbers; a place is given by its cell numbers [n]. What is asked of pairs of
     cells comes with its table, [(N + 1)^2]; of a cell and a place [N + 1] and None for the place.
     """
-    xp = namespace(tables.cells)
+    xp, here = namespace(tables.cells), arrangement(tables, state)
     match name:
         case "at":
             entity, places = arguments
-            return (tables.cells[state, entity][..., None] == xp.asarray(places)).any(-1)
+            return (tables.cells[here, entity][..., None] == xp.asarray(places)).any(-1)
         case "absent":
-            return tables.cells[state, arguments[0]] == tables.absent
+            return tables.cells[here, arguments[0]] == tables.absent
         case "adjacent" | "touching":
-            return _adjacent(tables, state, *arguments)
+            return _adjacent(tables, here, *arguments)
         case "sees" | "distance":
             entity, other, table = arguments
-            here = tables.cells[state, entity]
+            place = tables.cells[here, entity]
             if other is not None:
-                here = here * (tables.absent + 1) + tables.cells[state, other]
-            return xp.asarray(table)[here]
+                place = place * (tables.absent + 1) + tables.cells[here, other]
+            return xp.asarray(table)[place]
     assert before is not None
     assert action is not None
     is_turn = action < moves.turn_count
     if name == "fell":
-        gone = tables.cells[before, arguments[0]] == tables.absent
-        return gone & (tables.cells[state, arguments[0]] != tables.absent)
+        gone = tables.cells[arrangement(tables, before), arguments[0]] == tables.absent
+        return gone & (tables.cells[here, arguments[0]] != tables.absent)
     who = arguments[0]
     act, _ = decode(moves, who, action, xp)
     if name in ("tried", "idle"):
         tried = is_turn & (act != STAY)
         return tried if name == "tried" else ~tried
-    states = _step(tables, moves, before, action)
     if name == "faces":
-        return is_turn & _ahead(tables, states[who], who, act, arguments[1])
+        seen = arrangement(tables, _chosen_at(tables, moves, before, action)[who])
+        return is_turn & _ahead(tables, seen, who, act, arguments[1])
     entity = who if name == "moved" else arguments[1]
-    changed = tables.cells[states[who], entity] != tables.cells[states[who + 1], entity]
+    step = steps(tables, moves, before, action)[0][who]
+    left, now = tables.cells[step.before, entity], tables.cells[step.after, entity]
+    changed = left != now
+    for group in moves.alike:
+        if entity in group:  # whoever of them stood there is there no more
+            now = tables.cells[step.after][..., list(group)]
+            changed = (left[..., None] != now).all(-1)
     return is_turn & changed if name == "moved" or entity != who else is_turn & False
 
 
@@ -371,7 +600,7 @@ def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Arr
     here = tables.coordinates[tables.cells[state, who]]
     there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
     way = tables.coordinates[there] - here[..., None, :]
-    ahead = (way * xp.asarray(OFFSETS)[act][..., None, :]).sum(-1)
+    ahead = (way * xp.asarray(ALL_OFFSETS)[act][..., None, :]).sum(-1)
     return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there != tables.absent)).any(-1)
 
 

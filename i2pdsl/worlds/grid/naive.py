@@ -28,18 +28,25 @@ def naive_rollout(
     hypothesis = int(generator.choice(np.flatnonzero(mask)))
     actions = []
     for _ in range(length):
-        code = 0
+        chosen, seen = [], state
         for who, character in enumerate(world.spec.characters):
             column = int(tables.columns[who][0, hypothesis])
-            values = model.action_values(tables, who, np.asarray(state))
+            values = model.action_values(tables, who, np.asarray(seen))
             if column == values.shape[-1]:
                 act = int(generator.integers(len(values)))
             else:
                 act = int(np.argmax(values[:, column] >= values[:, column].max() - _TIE))
-            after = int(world.dynamics.successor[who, act, state])
-            success = after == state or bool(generator.random() < character.success)
-            outcome = moves.outcomes(who).index((act, success))
-            code = code * moves.counts[who] + outcome
-            state = after if success else state
-        actions.append(code)
+            here = model.arrangement(tables, seen)
+            after = int(world.dynamics.successor[who][act, here])
+            is_sure = after == here and not moves.together
+            success = is_sure or bool(generator.random() < character.success)
+            chosen.append((act, success))
+            if success and not moves.together:
+                seen += after - here
+        if moves.together:
+            steps, _ = model.steps(tables, moves, np.asarray(state), world.turn_number(chosen))
+            pairs = zip(chosen, steps, strict=True)
+            chosen = [(act, ok or not bool(step.would)) for (act, ok), step in pairs]
+        actions.append(int(world.turn_number(chosen)))
+        state = int(model.transition(tables, moves, np.asarray(state), np.asarray(actions[-1])))
     return start, np.array(actions), hypothesis

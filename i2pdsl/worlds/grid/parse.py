@@ -12,6 +12,7 @@ from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of, shorten
 from i2pdsl.language.naming import same_name
+from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
@@ -21,6 +22,7 @@ from i2pdsl.worlds.grid.spec import (
     GROUNDS,
     NO_GOAL,
     WALL,
+    Cell,
     Character,
     GridSpec,
     Look,
@@ -33,6 +35,8 @@ from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 EVENTS = ("deus",)
+TOGETHER = "together"
+MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
 
@@ -62,7 +66,12 @@ class _Reader(MapReader):
     """Turns the blocks of a file into a GridSpec."""
 
     unknown_symbols = False  # whether the map has symbols of no tile
+    together = False  # whether the characters act at the same time
     sprites: Sprites
+
+    def __init__(self, source: Source):
+        super().__init__(source)
+        self.first: list[tuple[Block, tuple[Cell, ...]]] = []  # who is where at first
 
     def world(self, name: str, documentation: str) -> GridSpec | None:
         of = lambda keyword: [b for b in self.blocks if b.keyword == keyword]
@@ -75,9 +84,10 @@ class _Reader(MapReader):
         self.unique_names()
         rows = self.checked_rows()
         tiles = self.tiles(of("tile"), rows)
-        things = tuple(self.thing(b) for b in of("object"))
+        things = tuple(self.thing(b, rows) for b in of("object"))
         thing_names = tuple(t.name for t in things)
-        characters = self.characters(of("character"), tiles, thing_names, whole)
+        characters = self.characters(of("character"), tiles, thing_names, rows, whole)
+        self.check_places()
         events = self.events(of("event"), things)
         settings = self.settings(of)
         floor, wall, look = "#f1e8d8", "#7d6b5d", Look()
@@ -101,8 +111,10 @@ class _Reader(MapReader):
             documentation,
             self.source.text,
             look,
+            self.walls_between(rows),
+            self.together,
         )
-        needed = len(characters) + sum(not t.may_be_absent for t in things)
+        needed = len(characters) + sum(t.count for t in things if not t.may_be_absent)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)
             message = f"the map has {free or 'no'} free cell{'' if free == 1 else 's'}"
@@ -110,6 +122,12 @@ class _Reader(MapReader):
             hint = "every character has a cell, and every object that is never absent"
             self.problem("world-map", message, self.map_span, hint)
         return spec
+
+    def walls_between(self, rows: list[str]) -> tuple[tuple[Cell, Cell], ...]:
+        """The walls between free cells; beside a cell that is a wall they change nothing."""
+        inside = lambda cell: cell[1] < len(rows) and cell[0] < len(rows[cell[1]])
+        free = lambda cell: inside(cell) and rows[cell[1]][cell[0]] != WALL
+        return tuple(sorted((a, b) for a, b in self.walls if free(a) and free(b)))
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
@@ -163,7 +181,7 @@ class _Reader(MapReader):
         drawn = [
             b
             for b in self.blocks
-            if b.keyword == "tile" and ("symbol" in b.entries or "cell" not in b.entries)
+            if (b.keyword == "tile" and "cell" not in b.entries) or "symbol" in b.entries
         ]
         marks = [self.mark(b) for b in drawn]
         known = {FLOOR, WALL, *(m for m in marks if m is not None)}
@@ -190,8 +208,9 @@ class _Reader(MapReader):
     ) -> None:
         column, row = cells[0]
         text, span = rows[row]
-        at = min(span.start + column, span.end - 1)
-        place = Span(self.source, at, at + 1) if len(text) >= len(span.text) else span
+        at = min(span.start + column * self.step, span.end - 1)
+        is_plain = self.step > 1 or len(text) >= len(span.text)
+        place = Span(self.source, at, at + 1) if is_plain else span
         written = symbol if symbol.isalnum() else f'"{symbol}"'
         hint = f"a tile? `tile NAME` with `symbol = {written}`; floor is `{FLOOR}`, a wall `{WALL}`"
         count = f"on {len(cells)} cell{'' if len(cells) == 1 else 's'} of the map"
@@ -239,7 +258,8 @@ class _Reader(MapReader):
             mark = self.mark(block)
             if mark is None:
                 hint = f"`{WALL}` is a wall and `{FLOOR}` plain floor"
-                message = "the symbol of a tile is a single character of its own"
+                kind = f"a{'n' if block.keyword == 'object' else ''} {block.keyword}"
+                message = f"the symbol of {kind} is a single character of its own"
                 self.problem("world-tile", message, symbol.span, hint)
                 return ()
             found = tuple(
@@ -262,19 +282,63 @@ class _Reader(MapReader):
         if rows:
             hint = "columns and rows count from 0 at the top left"
             where = "on a wall" if inside else "outside the map"
-            self.problem("world-tile", f"the tile `{block.name}` lies {where}", cell.span, hint)
+            self.problem(
+                "world-tile", f"the {block.keyword} `{block.name}` lies {where}", cell.span, hint
+            )
         return ()
 
-    def thing(self, block: Block) -> Thing:
+    def first_places(self, block: Block, rows: list[str], most: int) -> tuple[Cell, ...]:
+        """Where a character or an object is at first, if its block says so."""
+        if "symbol" not in block.entries and "cell" not in block.entries:
+            return ()
+        found = self.tile_cells(block, rows)
+        if len(found) > most:
+            message = f"`{block.name}` stands on {len(found)} cells of the map"
+            hint = "it is only one" if most == 1 else f"at most {most} can be alike"
+            self.problem("world-cast", message, block.entries["symbol"].span, hint)
+        self.first.append((block, found))
+        return found[:most]
+
+    def check_places(self) -> None:
+        """Reports who is on another's cell at first."""
+        owner: dict[Cell, Block] = {}
+        for block, cells in self.first:
+            taken_ = next((owner[cell] for cell in cells if cell in owner), None)
+            if taken_ is not None:
+                note = Note("the other one", taken_.span)
+                message = f"`{block.name}` stands on a cell of `{taken_.name}`"
+                self.problem("world-cast", message, block.span, note=note)
+            owner.update(dict.fromkeys(cells, block))
+
+    def thing(self, block: Block, rows: list[str]) -> Thing:
         self.known_keys(block)
         # Where the word is wrong, `yes` spares a second mistake in the events.
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
         absent = self.word(block, "may_be_absent", default, ("yes", "no")) == "yes"
         sprite = self.sprites.of(block, "sprite", "box")
-        return Thing(block.name, absent, sprite, self.color(block, "color", "#b08a5a"))
+        range_ = f"a whole number from 1 to {MOST_ALIKE}"
+        cells = self.first_places(block, rows, MOST_ALIKE)
+        count = int(self.number(block, "count", len(cells) or 1, is_count, range_))
+        if cells and count != len(cells):
+            span = block.entries["count"].span
+            hint = "where their places are drawn, `count` may be left out"
+            message = f"`{block.name}` stands on {len(cells)} cells of the map, not {count}"
+            self.problem("world-cast", message, span, hint)
+        if count > 1 and absent and not block.damaged:
+            span = block.keys.get("may_be_absent", block.span)
+            hint = "of several that are alike all are always there"
+            self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
+        return Thing(
+            block.name, absent, count, cells, sprite, self.color(block, "color", "#b08a5a")
+        )
 
     def characters(
-        self, blocks: list[Block], tiles: tuple[Tile, ...], things: tuple[str, ...], whole: Span
+        self,
+        blocks: list[Block],
+        tiles: tuple[Tile, ...],
+        things: tuple[str, ...],
+        rows: list[str],
+        whole: Span,
     ) -> tuple[Character, ...]:
         if not blocks and not self.incomplete:
             hint = "add `character NAME`"
@@ -284,7 +348,7 @@ class _Reader(MapReader):
             self.problem("world-cast", message, block.span)
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
-        found = tuple(self.one_character(b, names, tile_names, things) for b in blocks)
+        found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
         fond = [b for b, c in zip(blocks, found, strict=True) if c.toward]
         if len(fond) > 1:
             hint = "the one with an attitude models the other"
@@ -302,6 +366,7 @@ class _Reader(MapReader):
         names: tuple[str, ...],
         tiles: tuple[str, ...],
         things: tuple[str, ...],
+        rows: list[str],
     ) -> Character:
         self.known_keys(block)
         others = tuple(n for n in names if n != block.name)
@@ -310,6 +375,7 @@ class _Reader(MapReader):
         )
         goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
+        pulls = self.words(block, "pulls", (*others, *things), "character or object")
         toward = self.words(block, "toward", others, "other character")
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
@@ -322,9 +388,11 @@ class _Reader(MapReader):
             success,
             goals,
             pushes,
+            pulls,
             toward[0] if toward else None,
             attitude,
             toward[0] if toward else models[0] if models else None,
+            next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )
@@ -395,7 +463,8 @@ class _Reader(MapReader):
         if key in SETTING_WORDS:
             return self.word(block, key, default, SETTING_WORDS[key])
         valid, range_ = SETTING_RANGES[key]
-        return self.number(block, key, default, valid, range_)
+        number = self.number(block, key, default, valid, range_)
+        return int(number) if isinstance(default, int) else number
 
     def ordered(
         self, blocks: list[Block], characters: tuple[Character, ...]
@@ -404,6 +473,12 @@ class _Reader(MapReader):
             if "order" not in block.entries:
                 continue
             names = tuple(c.name for c in characters)
+            value = block.entries["order"]
+            if value.kind == "name" and value.value == TOGETHER and TOGETHER not in names:
+                self.together = len(characters) == 2
+                if len(characters) == 1 and not self.incomplete:
+                    self.problem("world-value", "there is only one character", value.span)
+                continue
             before = len(self.problems)
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
@@ -411,8 +486,15 @@ class _Reader(MapReader):
             unsure = self.incomplete or self.unsure or len(characters) > 2
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
-                self.problem("world-value", "the order must name every character once", span)
+                both = f"or `order = {TOGETHER}`: both at the same time"
+                hint = both if len(names) == 2 else None
+                message = "the order must name every character once"
+                self.problem("world-value", message, span, hint)
         return characters
+
+
+def is_count(x: float) -> bool:
+    return x == x // 1 and 1 <= x <= MOST_ALIKE
 
 
 SETTING_WORDS: dict[str, tuple[str, ...]] = {
@@ -420,9 +502,14 @@ SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "hypotheses": ("merged", "literal"),
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
+    "end": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "goal": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "move": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
     "stay": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
+    "horizon": (
+        lambda x: x == x // 1 and 0 <= x <= LONGEST_STORY,
+        f"a whole number from 0 to {LONGEST_STORY}",
+    ),
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),

@@ -17,7 +17,8 @@ from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_rewar
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
-from i2pdsl.worlds.grid.spec import ACTIONS, STAY, Character, GridSpec
+from i2pdsl.worlds.grid.model import Against, Tables
+from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 MakeResponse = Callable[[int], "Response"]
@@ -83,6 +84,8 @@ def estimated_bytes(spec: GridSpec) -> int:
     problems = sum(len(keys) for keys in problem_keys(spec))
     # A state's values, its rewards and policies in the groups, and its successors.
     each = 100 * problems + 500
+    if spec.settings.horizon:  # the values of every frame, and their copy on the device
+        each += 8 * spec.frame_count * problems
     return 2**26 + spec.state_count * each + 4 * _arrangements(spec)
 
 
@@ -96,7 +99,7 @@ def check_memory(spec: GridSpec) -> None:
     needed, available = estimated_bytes(spec), memory_limit()
     hint = "make the map smaller, or take an object away"
     whole = whole_file(f"{spec.name}.world")
-    if needed > available:
+    if needed > available and not spec.is_limited:
         message = (
             f"the world has {spec.state_count:,} states; planning would take "
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
@@ -108,6 +111,12 @@ def check_memory(spec: GridSpec) -> None:
             f"more than can be numbered ({LARGEST_INDEX:,})"
         )
         raise error("too-large", message, whole, hint)
+    if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:
+        message = (
+            f"{spec.state_count:,} states in each of {spec.frame_count:,} frames are more than can "
+            f"be numbered ({LARGEST_INDEX:,})"
+        )
+        raise error("too-large", message, whole, f"a shorter `horizon`; or {hint}")
 
 
 def load_or_plan(
@@ -122,7 +131,10 @@ def load_or_plan(
     """
     keys = problem_keys(spec)
     name = f"{spec.planning_key}-{_digest(keys)}"
-    shapes = {f"continuation_{i}": (spec.state_count, len(k)) for i, k in enumerate(keys)}
+    built = dynamics() if spec.is_limited else None
+    count = spec.state_count if built is None else built.state_count
+    states = count * spec.frame_count
+    shapes = {f"continuation_{i}": (states, len(k)) for i, k in enumerate(keys)}
     size = sum(8 * states * problems for states, problems in shapes.values())
     found = store.load(name, say, size + 2**16)
     if found is not None:
@@ -145,16 +157,21 @@ def _plan_of(
     found: dict[str, np.ndarray],
 ) -> Plan | None:
     """The plan that a cache holds, if it is one: everywhere finite, and right in some states."""
-    right = {key: (shape, np.dtype(np.float64)) for key, shape in shapes.items()}
+    right = {key: (shape, _precision(spec)) for key, shape in shapes.items()}
     if {key: (array.shape, array.dtype) for key, array in found.items()} != right:
         return None
     values = tuple(np.ascontiguousarray(found[key]) for key in shapes)
     if not all(np.isfinite(array).all() for array in values):
         return None
-    count = spec.state_count
+    count = next(iter(shapes.values()))[0]
     # Nobody who writes the file can know the sample.
     some = np.arange(count) if count <= SAMPLE else np.random.default_rng().choice(count, SAMPLE)
     built, residuals = dynamics(), {}
+    if not _is_plain(spec):
+        residual = _residual(spec, built, keys, values, some)
+        if not residual <= 2 * max(_tolerance(spec, who) for who in range(len(keys))):
+            return None
+        return Plan(keys, values, residual, _far(spec) * residual)
     for who in _order(spec):
         with np.errstate(all="ignore"):  # numbers of any size may stand in a file
             problem = _problem_of(spec, built, who, keys, dict(enumerate(values)), some)
@@ -191,6 +208,8 @@ def solve(
 
     started = time.perf_counter()
     keys = problem_keys(spec)
+    if not _is_plain(spec):
+        return _solve_by_induction(spec, dynamics, keys, tolerance, report, say)
     found: dict[int, np.ndarray] = {}
     residuals: dict[int, float] = {}
     for who in _order(spec):
@@ -283,9 +302,10 @@ def _not_settled(spec: GridSpec, reason: str) -> StoryError:
     return error("planning", f"planning did not settle: {reason}", whole_file(spec.name), hint)
 
 
-def costs(spec: GridSpec) -> np.ndarray:
-    """The reward of each action away from the goal: [A]."""
-    cost = np.full(len(ACTIONS), spec.settings.move)
+def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
+    """The reward of each action of a character, or of any, away from the goal: [A]."""
+    counts = [len(c.actions) for c in spec.characters]
+    cost = np.full(max(counts) if who is None else counts[who], spec.settings.move)
     cost[STAY] = spec.settings.stay
     return cost
 
@@ -323,7 +343,7 @@ def _problem(
         successor=dynamics.successor[who],
         success=spec.characters[who].success,
         reward=reward,
-        cost=costs(spec),
+        cost=costs(spec, who),
         goal=goal,
         gamma=spec.settings.gamma,
         answer=None if answer is None else answer(len(keys)),
@@ -334,11 +354,7 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeRespon
     """How one who models nobody believes that the other acts: uniformly, or by the costs."""
     if other is None:
         return None
-    if spec.settings.level0 == "costs":
-        weights = np.exp(spec.settings.beta * (costs(spec) - costs(spec).max()))
-    else:
-        weights = np.ones(len(ACTIONS))
-    policy = (weights / weights.sum())[None, :, None]
+    policy = _imagined(spec, other)[None, :, None]
 
     def answer(problems: int) -> Response:
         return Response(
@@ -353,6 +369,16 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeRespon
     return answer
 
 
+def _imagined(spec: GridSpec, other: int) -> np.ndarray:
+    """The policy of level 0: [A]."""
+    cost = costs(spec, other)
+    if spec.settings.level0 == "costs":
+        weights = np.exp(spec.settings.beta * (cost - cost.max()))
+    else:
+        weights = np.ones(len(cost))
+    return weights / weights.sum()
+
+
 def _modelled(
     spec: GridSpec,
     dynamics: Dynamics,
@@ -364,10 +390,10 @@ def _modelled(
 ) -> MakeResponse:
     """The modelled one's softmax policies in `states`, and a uniform one where he is irrational."""
     reward, goal = _rewards(spec, dynamics, other, other_keys)
-    social = expected_reward(policy, reward[states][:, goal], costs(spec))
+    social = expected_reward(policy, reward[states][:, goal], costs(spec, other))
     models = bool(spec.characters[1 - other].models)
     names = [key[0] for key in other_keys]
-    uniform = np.full((1, *policy.shape[1:]), 1 / len(ACTIONS))
+    uniform = np.full((1, *policy.shape[1:]), 1 / policy.shape[1])
     choice = [names.index(key[0]) if key[0] is not None and models else len(names) for key in keys]
 
     def answer(problems: int) -> Response:
@@ -381,3 +407,141 @@ def _modelled(
         )
 
     return answer
+
+
+# With a horizon, or together (induction.py).
+
+
+def _is_plain(spec: GridSpec) -> bool:
+    return not (spec.settings.horizon or spec.together)
+
+
+def _precision(spec: GridSpec) -> np.dtype:
+    """Of the values that are kept: with a horizon those of all frames, in single precision."""
+    return np.dtype(np.float32 if spec.settings.horizon else np.float64)
+
+
+def _far(spec: GridSpec) -> float:
+    """By how much a residual can add up to an error: that of later frames is discounted."""
+    gamma, frames = spec.settings.gamma, spec.settings.horizon
+    return (1 - gamma**frames) / (1 - gamma) if frames else 1 / (1 - gamma)
+
+
+def expectations(spec: GridSpec, keys: tuple[tuple[Key, ...], ...]) -> tuple[Against, ...] | None:
+    """What each character expects of the other in each of its problems; None of one alone."""
+    if len(keys) == 1:
+        return None
+    found = []
+    success = tuple(np.array(c.success) if c.is_weak else None for c in spec.characters)
+    for who, own in enumerate(keys):
+        other = 1 - who
+        beta, nobody = np.full(len(keys[other]), spec.settings.beta), np.zeros(len(own))
+        policy = _imagined(spec, other)
+        if spec.characters[who] != spec.modeller:
+            fixed = np.repeat(policy[:, None], len(own), axis=1)
+            found.append(Against(fixed, None, nobody.astype(bool), beta, nobody, success))
+            continue
+        names, models = [key[0] for key in keys[other]], bool(spec.characters[who].models)
+        known = np.array([models and key[0] is not None for key in own])
+        problem = [
+            names.index(key[0]) if is_known else 0 for key, is_known in zip(own, known, strict=True)
+        ]
+        fixed = np.full((len(policy), len(own)), 1 / len(policy))
+        rho = np.array([float(key[2] or 0) for key in own])
+        found.append(Against(fixed, np.array(problem), known, beta, rho, success))
+    return tuple(found)
+
+
+def rules_of(
+    spec: GridSpec, dynamics: Dynamics, keys: tuple[tuple[Key, ...], ...], frames: bool
+) -> Tables:
+    """The tables that planning by induction reads, without any values.
+
+    Args:
+        frames: whether the numbers of states tell the frame.
+    """
+    nothing = np.zeros(0)
+    goals = tuple(on_goal(spec, dynamics, _goals(each)) for each in keys)
+    return Tables(
+        cells=dynamics.cells,
+        lookup=dynamics.lookup,
+        strides=dynamics.strides,
+        successor=dynamics.successor,
+        coordinates=dynamics.coordinates,
+        absent=np.array(dynamics.absent),
+        success=np.array([c.success for c in spec.characters]),
+        cost=costs(spec),
+        gamma=np.array(spec.settings.gamma),
+        reward=np.array(spec.settings.goal),
+        continuation=(),
+        columns=(),
+        sharpness=(),
+        goals=goals,
+        log_prior=nothing,
+        forgetting=nothing,
+        layer=np.array(dynamics.state_count) if frames else None,
+        against=expectations(spec, keys) if spec.together else None,
+    )
+
+
+def _goals(keys: tuple[Key, ...]) -> list[str]:
+    """Each problem's goal of the character itself."""
+    return [str(key[1] if len(key) == 3 else key[0]) for key in keys]
+
+
+def _solve_by_induction(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    keys: tuple[tuple[Key, ...], ...],
+    tolerance: float | None,
+    report: Report | None,
+    say: Callable[[str], None] | None,
+) -> Plan:
+    """`solve`, with a horizon or together."""
+    import time
+
+    from i2pdsl.worlds.grid.induction import NotSettledError, by_frames, without_end
+
+    started = time.perf_counter()
+    numbers, against = spec.settings, expectations(spec, keys)
+    told = None if report is None else partial(report, spec.name)
+    if numbers.horizon:
+        tables = rules_of(spec, dynamics, keys, frames=True)
+        values = by_frames(tables, against, spec.together, numbers.horizon, numbers.end, told, say)
+        count = dynamics.state_count * spec.frame_count
+        some = np.arange(0, count, max(1, count // SAMPLE))
+        residual = _residual(spec, dynamics, keys, values, some)
+    else:
+        tables = rules_of(spec, dynamics, keys, frames=False)
+        wanted = [tolerance or _tolerance(spec, who) for who in range(len(keys))]
+        try:
+            values, residuals = without_end(tables, against, wanted, told, say)
+        except NotSettledError as problem:
+            raise _not_settled(spec, str(problem)) from None
+        residual = max(residuals)
+    seconds = time.perf_counter() - started
+    return Plan(keys, values, residual, _far(spec) * residual, seconds)
+
+
+def _residual(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    keys: tuple[tuple[Key, ...], ...],
+    values: tuple[np.ndarray, ...],
+    some: np.ndarray,
+) -> float:
+    """How far values are from what those of the next frame imply, in some states."""
+    from i2pdsl.worlds.grid.induction import implied
+
+    numbers, against = spec.settings, expectations(spec, keys)
+    tables = rules_of(spec, dynamics, keys, frames=bool(numbers.horizon))
+    tables = tables._replace(continuation=values)
+    last = (numbers.horizon - 1) * dynamics.state_count
+    is_last = some >= last if numbers.horizon else some < 0
+    worst = 0.0
+    for states, end in ((some[~is_last], None), (some[is_last], numbers.end)):
+        for who in range(len(keys)) if len(states) else ():
+            with np.errstate(all="ignore"):  # numbers of any size may stand in a file
+                found = implied(tables, against, spec.together, who, states, end)
+                worst = max(worst, float(np.abs(found - values[who][states]).max()))
+    return worst

@@ -101,6 +101,8 @@ def played(
         start, end = span.start - len(_BEFORE), span.end - len(_BEFORE)
         return Span(Source("play", typed), *(turn.typed_place(start, end) or (0, len(typed))))
 
+    if world.vocabulary.longest is not None and len(path.actions) >= world.vocabulary.longest:
+        raise refused("the time is up", typed)
     try:
         (act,) = appended(world, module, len(path.actions), turn.text)
     except StoryError as problem:
@@ -121,8 +123,9 @@ def options(words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
     if more:
         return []
     if who in words.characters:
-        found = [(a, "action") for a in words.actions]
+        actions = words.limited_to.get(who, words.actions)
+        found = [(a, "action") for a in actions]
         return found + [
-            (f"{a}!", "action") for a in words.actions if a != "stay" and who in words.can_fail
+            (f"{a}!", "action") for a in actions if a != "stay" and who in words.can_fail
         ]
     return [(f"{thing} at (", "object") for thing in words.events.get(who, ())]

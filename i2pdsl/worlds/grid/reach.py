@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 
@@ -36,17 +36,17 @@ def goal_warnings(
     tiles = {tile.name: tile.cells for tile in spec.tiles}
     found = []
     for number, c in enumerate(spec.characters):
-        free = set(spec.free_cells)
+        free, walls = set(spec.free_cells), set(spec.walls)
         # Nobody is told of from a single cell between walls.
         cells = {cell for cell in free if any(near in free for near in _near(cell))} or free
         placed = _cells_at(start, number)
         if placed is not None:
             turns = length * len(spec.characters)  # one's own steps and those of being pushed
-            cells = {cell for cell, n in steps_to(placed & free, free).items() if n <= turns}
+            cells = {cell for cell, n in steps_to(placed & free, free, walls).items() if n <= turns}
         for goal in c.goals:
             if goal == NO_GOAL or not cells:
                 continue
-            steps = steps_to(tiles[goal], free)
+            steps = steps_to(tiles[goal], free, walls)
             ways = [steps.get(cell) for cell in cells]
             for told in (_walled_off(spec, c, goal, ways), _far(spec, c, goal, ways)):
                 if told is not None:
@@ -66,14 +66,21 @@ def _cells_at(start: ty.Typed | None, number: int) -> set[Cell] | None:
     return None
 
 
-def steps_to(cells: Iterable[Cell], free: AbstractSet[Cell]) -> dict[Cell, int]:
-    """The length of the shortest way over free cells to some from each from which there is one."""
+def steps_to(
+    cells: Iterable[Cell], free: AbstractSet[Cell], walls: Collection[tuple[Cell, Cell]] = ()
+) -> dict[Cell, int]:
+    """The length of the shortest way over free cells to some from each from which there is one.
+
+    Args:
+        walls: pairs of cells with a wall between them.
+    """
     steps = dict.fromkeys(cells, 0)
     queue = deque(steps)
     while queue:
         cell = queue.popleft()
         for near in _near(cell):
-            if near in free and near not in steps:
+            closed = (cell, near) in walls or (near, cell) in walls
+            if near in free and near not in steps and not closed:
                 steps[near] = steps[cell] + 1
                 queue.append(near)
     return steps

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 from typing import Any, NoReturn
 
 import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
-from i2pdsl.worlds.grid.spec import ACTIONS, STAY, GridSpec
+from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.spec import ALL_ACTIONS, STAY, Character, GridSpec
 from i2pdsl.worlds.grid.symmetry import symmetries
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.record import Record, Trajectory
@@ -19,7 +21,7 @@ _FAR = 4.0  # distance of something present from something absent
 
 def state_as_json(spec: GridSpec, dynamics: Any, state: int) -> dict[str, list[int] | None]:
     """A state as the script file has it: [column, row] for each entity, or None."""
-    cells = dynamics.cells[state]
+    cells = dynamics.cells_of(state)
     return {
         name: None if cell == dynamics.absent else [int(x) for x in dynamics.coordinates[cell]]
         for name, cell in zip(spec.entities, cells, strict=True)
@@ -40,12 +42,10 @@ def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], 
             frames.append({"event": {name: spec.entities[entity], "to": to}, "state": state})
             continue
         frame: dict[str, Any] = {}
-        current = int(before)
-        for who, (act, success) in enumerate(_decoded(world, int(action))):
-            moved = int(dynamics.successor[who, act, current]) if success else current
-            name = spec.characters[who].name
-            frame[name] = {"action": ACTIONS[act], "moved": moved != current}
-            current = moved
+        steps, _ = model.steps(world.tables, moves, before, action)
+        for who, (act, _) in enumerate(_decoded(world, int(action))):
+            moved = bool(steps[who].after != steps[who].before)
+            frame[spec.characters[who].name] = {"action": ALL_ACTIONS[act], "moved": moved}
         frames.append({**frame, "event": None, "state": state})
     return tuple(frames)
 
@@ -60,7 +60,9 @@ def turn_in_words(world: GridWorld, action: int) -> str:
         column, row = (int(x) for x in world.dynamics.coordinates[number % moves.slots])
         return f"[{event}: {thing} at ({column}, {row})]"
     acts = zip(world.spec.characters, _decoded(world, action), strict=True)
-    told = (f"{who.name}: {ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts)
+    told = (
+        f"{who.name}: {ALL_ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts
+    )
     return f"[{', '.join(told)}]"
 
 
@@ -79,9 +81,10 @@ def kept_in_words(world: GridWorld, path: Trajectory, first: int, last: int) -> 
         )
         for who, character in enumerate(spec.characters):
             told.append(f"{'' if ask('moved', who) else 'not '}moved({character.name})")
-            for thing in character.pushes if ask("moved", who) else ():
-                pushed = ask("pushes", who, spec.entities.index(thing))
-                told.append(f"{'' if pushed else 'not '}pushes({character.name}, {thing})")
+            movable = spec.numbers_of(character.pushes + character.pulls)
+            for thing in sorted(movable) if ask("moved", who) else ():
+                pushed, name = ask("pushes", who, thing), spec.entities[thing]
+                told.append(f"{'' if pushed else 'not '}pushes({character.name}, {name})")
     return [
         f"pin script[{first}]: {' and '.join(told)}",
         *(
@@ -106,8 +109,8 @@ def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
     Args:
         first, second: states [T + 1].
     """
-    cells, absent = world.dynamics.cells, world.dynamics.absent
-    a, b = cells[first].astype(np.int64), cells[second].astype(np.int64)
+    cells_of, absent = world.dynamics.cells_of, world.dynamics.absent
+    a, b = cells_of(first).astype(np.int64), cells_of(second).astype(np.int64)
     images = (np.array((*image, absent)) for image in symmetries(world.spec))
     return min(_apart(world, a, image[b]) for image in images)
 
@@ -135,13 +138,20 @@ class GridReader:
         raise error("script", f"{where}: {message}", whole_file(self.record.where), hint)
 
     def read(self) -> Trajectory:
+        most = self.spec.settings.horizon
+        if most and len(self.record.frames) > most:
+            hint = f"the `horizon` of {self.spec.name} is {most}"
+            self.wrong(f"frame {most + 1}", "the time is up", hint)
         states = [self.state(self.record.start, "start")]
         actions = []
         for number, frame in enumerate(self.record.frames, 1):
             action, after = self.frame(frame, states[-1], f"frame {number}")
             actions.append(action)
             states.append(after)
-        return Trajectory(np.array(actions, dtype=np.int64), np.array(states, dtype=np.int64))
+        # With a horizon, the number of a state tells its frame (model.py).
+        frames = np.minimum(np.arange(len(states)), self.world.moves.frames - 1)
+        numbers = np.array(states, dtype=np.int64) + frames * self.dynamics.state_count
+        return Trajectory(np.array(actions, dtype=np.int64), numbers)
 
     def state(self, cells: Any, where: str) -> int:
         if not isinstance(cells, dict):
@@ -157,7 +167,14 @@ class GridReader:
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
         state = int(self.dynamics.lookup[code])
         if state < 0:
+            places = [tuple(cells[name] or (name,)) for name in self.spec.entities]
+            if len(set(places)) == len(places):
+                self.wrong(where, "nobody can come there in time from where they are at first")
             self.wrong(where, "two of them stand on one cell")
+        if where == "start" and state not in self.world.starts():
+            begins = state_as_json(self.spec, self.dynamics, int(self.world.starts()[0]))
+            hint = ", ".join(f"{name} {place}" for name, place in begins.items())
+            self.wrong(where, f"{self.spec.name} begins in another way", hint)
         return state
 
     def cell(self, name: str, place: Any, where: str) -> int:
@@ -227,7 +244,7 @@ class GridReader:
             place = int(self.dynamics.cells[state, entity])
             why = "the cell is taken" if place == self.dynamics.absent else "it is there already"
             self.wrong(where, f"`{thing}` cannot fall there: {why}")
-        return moves.turn_count + number, int(after[number])
+        return moves.turn_count + number, int(after[number]) % self.dynamics.state_count
 
     def turn(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
         code, current = 0, state
@@ -236,30 +253,60 @@ class GridReader:
             if name not in ("event", "state", *known):
                 hint = did_you_mean(name, known)
                 self.wrong(where, f"there is no character `{shorten(name)}`", hint)
-        for who, character in enumerate(self.spec.characters):
-            act, moved = self.act(frame.get(character.name), character.name, where)
-            after = int(self.dynamics.successor[who, act, current])
-            can, name = after != current, character.name
-            if moved and not can:
-                reason = "staying moves nobody" if act == STAY else "the way is blocked"
-                self.wrong(where, f"`{name}` cannot move {ACTIONS[act]}: {reason}")
-            if not moved and can and not character.is_weak:
-                message = f"`{name}` goes {ACTIONS[act]} and must move: only a weak one can fail"
-                self.wrong(where, message, '"moved": true')
-            success = moved or not can
+        acts = [self.act(frame.get(c.name), c, where) for c in self.spec.characters]
+        if self.world.moves.together:
+            return self.turn_together(acts, state, where)
+        for who, (act, moved) in enumerate(acts):
+            after = int(self.dynamics.successor[who][act, current])
+            self.check_moved(who, act, moved, after != current, where)
+            success = moved or after == current
             outcome = self.world.moves.outcomes(who).index((act, success))
             code = code * self.world.moves.counts[who] + outcome
             current = after if success else current
         return code, current
 
-    def act(self, entry: Any, name: str, where: str) -> tuple[int, bool]:
+    def turn_together(
+        self, acts: list[tuple[int, bool]], state: int, where: str
+    ) -> tuple[int, int]:
+        """Two who act together: whether one can move may hang on whether the other does."""
+        tables, moves = self.world.tables, self.world.moves
+        options = [
+            [(act, True), (act, False)] if moves.weak[who] and act != STAY else [(act, True)]
+            for who, (act, _) in enumerate(acts)
+        ]
+        would: list[bool] = []
+        for chosen in product(*options):
+            number = self.world.turn_number(chosen)
+            steps, end = model.steps(tables, moves, np.asarray(state), number)
+            seen = [bool(step.after != step.before) for step in steps]
+            if seen == [moved for _, moved in acts]:
+                return int(number), int(end)
+            would = would or [bool(step.would) for step in steps]
+        for who, (act, moved) in enumerate(acts):
+            self.check_moved(who, act, moved, would[who], where)
+        return self.wrong(where, "by the world's rules they cannot move so at the same time")
+
+    def check_moved(self, who: int, act: int, moved: bool, can: bool, where: str) -> None:
+        """Refuses a move of what is blocked, and a failure of who is strong."""
+        character = self.spec.characters[who]
+        name, action = character.name, ALL_ACTIONS[act]
+        if moved and not can:
+            reason = "the way is blocked" if act < STAY else "there is nothing to pull, or no room"
+            reason = "staying moves nobody" if act == STAY else reason
+            self.wrong(where, f"`{name}` cannot move {action}: {reason}")
+        if not moved and can and not character.is_weak:
+            message = f"`{name}` goes {action} and must move: only a weak one can fail"
+            self.wrong(where, message, '"moved": true')
+
+    def act(self, entry: Any, character: Character, where: str) -> tuple[int, bool]:
+        name, known = character.name, character.actions
         if not isinstance(entry, dict) or "action" not in entry:
             example = f'"{name}": {{"action": "stay", "moved": false}}'
             self.wrong(where, f"what does `{name}` do?", example)
-        if entry["action"] not in ACTIONS:
+        if entry["action"] not in known:
             word = str(entry["action"])
-            hint = did_you_mean(word, ACTIONS)
+            hint = did_you_mean(word, known)
             self.wrong(where, f"there is no action `{shorten(word)}`", hint)
         if not isinstance(entry.get("moved"), bool):
             self.wrong(where, f"did `{name}` move?", '"moved": true or false')
-        return ACTIONS.index(entry["action"]), entry["moved"]
+        return known.index(entry["action"]), entry["moved"]

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
+PULLS = ("pull_north", "pull_south", "pull_east", "pull_west")
+ALL_ACTIONS = ACTIONS + PULLS
 OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the order of ACTIONS
+ALL_OFFSETS = OFFSETS + OFFSETS[:STAY]  # of ALL_ACTIONS
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
+Cell = tuple[int, int]  # (column, row)
 GROUNDS = ("checker", "boards", "grass", "plain")
 
 
@@ -36,9 +41,11 @@ class Character:
     success: float = 1.0
     goals: tuple[str, ...] = ()
     pushes: tuple[str, ...] = ()
+    pulls: tuple[str, ...] = ()
     toward: str | None = None
     attitude: tuple[float, ...] = ()
     models: str | None = None
+    cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
 
@@ -46,15 +53,32 @@ class Character:
     def is_weak(self) -> bool:
         return self.success < 1.0
 
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """What it can choose: the pulls only if there is something that it pulls."""
+        return ALL_ACTIONS if self.pulls else ACTIONS
+
 
 @dataclass(frozen=True)
 class Thing:
-    """An object that stands in the way, and can be pushed by those who push it."""
+    """An object that stands in the way, and can be moved by those who push or pull it.
+
+    Several of a `count` are all alike, so who is who of them is not part of a state.
+    """
 
     name: str
     may_be_absent: bool = False
+    count: int = 1
+    cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
     sprite: str = "box"
     color: str = "#b08a5a"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of them all: `box`, or `box_1`, `box_2`, ... in reading order of the map."""
+        if self.count == 1:
+            return (self.name,)
+        return tuple(f"{self.name}_{i + 1}" for i in range(self.count))
 
 
 @dataclass(frozen=True)
@@ -82,16 +106,24 @@ class Settings:
     goal: float = 1.0  # reward for acting on one's goal tile
     move: float = -1.0  # reward of any move, also of one that fails
     stay: float = -0.1  # reward of staying
+    end: float = 0.0  # reward for standing on one's goal tile when the time is up (horizon)
     gamma: float = 0.99  # discount factor
     beta: float = 2.0  # inverse temperature of the softmax policies
     level0: str = "uniform"  # how the modelled one believes that the other acts: uniform | costs
     forgetting: float = 1e-5  # epsilon, the share of belief that is reassigned after each action
+    horizon: int = 0  # frames that there are in all; 0: planning has no end
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
 
 
 @dataclass(frozen=True)
 class GridSpec:
-    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting."""
+    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting.
+
+    Attributes:
+        walls: pairs of neighbouring cells between which there is a wall, the northern or western
+            one first.
+        together: whether both characters choose at the same time (model.py says what follows).
+    """
 
     kind: ClassVar[str] = "grid"
     name: str
@@ -106,6 +138,8 @@ class GridSpec:
     documentation: str = ""
     source: str = ""
     look: Look = field(default_factory=Look)
+    walls: tuple[tuple[Cell, Cell], ...] = ()
+    together: bool = False
 
     @cached_property
     def free_cells(self) -> tuple[tuple[int, int], ...]:
@@ -120,15 +154,47 @@ class GridSpec:
     @property
     def entities(self) -> tuple[str, ...]:
         """The names of the characters and then of the things: the order of a state's cells."""
-        return tuple(c.name for c in self.characters) + tuple(t.name for t in self.things)
+        return tuple(c.name for c in self.characters) + tuple(
+            name for thing in self.things for name in thing.names
+        )
+
+    @property
+    def placed(self) -> tuple[Cell | None, ...]:
+        """Where each entity is at first, as far as the world says so."""
+        found = [c.cell for c in self.characters]
+        for thing in self.things:
+            found += thing.cells or (None,) * thing.count
+        return tuple(found)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether there are only the states that can be reached in time from a single one."""
+        return bool(self.settings.horizon) and None not in self.placed
+
+    @property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """The entities that are alike, as numbers in `entities`, for each thing of several."""
+        found, first = [], len(self.characters)
+        for thing in self.things:
+            if thing.count > 1:
+                found.append(tuple(range(first, first + thing.count)))
+            first += thing.count
+        return tuple(found)
+
+    def numbers_of(self, names: tuple[str, ...]) -> frozenset[int]:
+        """The entities that are meant by names of characters and things."""
+        kinds = [c.name for c in self.characters]
+        kinds += [thing.name for thing in self.things for _ in thing.names]
+        return frozenset(i for i, kind in enumerate(kinds) if kind in names)
 
     @property
     def state_count(self) -> int:
-        """How many states there are: no two on a cell, absent things on none."""
+        """How many states there are: no two on a cell, absent things on none, like ones in order
+        only. Those of each frame are counted once; where `is_limited`, there are fewer."""
         cells = len(self.free_cells)
         placed = {0: 1}  # number of things present -> number of ways to choose which
         for thing in self.things:
-            grown = {k + 1: ways for k, ways in placed.items()}
+            grown = {k + thing.count: ways for k, ways in placed.items()}
             if thing.may_be_absent:
                 for k, ways in placed.items():
                     grown[k] = grown.get(k, 0) + ways
@@ -139,7 +205,13 @@ class GridSpec:
             for k in range(len(self.characters) + present):
                 arrangements *= max(0, cells - k)
             total += arrangements
-        return total
+        alike = math.prod(math.factorial(thing.count) for thing in self.things)
+        return total // alike
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames planning tells apart: those of the horizon, or all are alike."""
+        return max(1, self.settings.horizon)
 
     @property
     def social(self) -> Character | None:
@@ -156,6 +228,8 @@ class GridSpec:
 
     def with_settings(self, changes: dict[str, Any]) -> GridSpec:
         """The same world with some of its numbers replaced."""
+        if "horizon" in changes:
+            changes = changes | {"horizon": int(changes["horizon"])}
         return replace(self, settings=replace(self.settings, **changes))
 
     @cached_property
@@ -166,6 +240,19 @@ class GridSpec:
             content.pop(key)
         content["settings"].pop("forgetting")
         content["settings"].pop("hypotheses")
+        # What a world does not use leaves its digest as it was before there was such a thing.
+        for holder, key in (
+            *((content["settings"], key) for key in ("horizon", "end")),
+            *((content, key) for key in ("walls", "together")),
+            *((item, "pulls") for item in content["characters"]),
+            *((item, "cell") for item in content["characters"]),
+            *((item, "cells") for item in content["things"]),
+        ):
+            if not holder[key] or (key in ("cell", "cells") and not self.is_limited):
+                holder.pop(key)
+        for item in content["things"]:
+            if item["count"] == 1:
+                item.pop("count")
         for group in ("tiles", "characters", "things"):
             for item in content[group]:
                 item.pop("color", None)

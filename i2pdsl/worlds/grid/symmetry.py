@@ -32,9 +32,21 @@ def symmetries(spec: GridSpec) -> tuple[tuple[int, ...], ...]:
         turned += cells.min(0) - turned.min(0)
         images = [number.get((int(c), int(r))) for c, r in turned]
         known = tuple(i for i in images if i is not None)
-        if len(known) == len(cells) and _keeps_goals(spec, known, number):
+        if (
+            len(known) == len(cells)
+            and _keeps_walls(spec, known, number)
+            and _keeps_goals(spec, known, number)
+        ):
             found.append(known)
     return tuple(dict.fromkeys(found))  # a corridor is its own mirror image
+
+
+def _keeps_walls(
+    spec: GridSpec, images: tuple[int, ...], number: dict[tuple[int, int], int]
+) -> bool:
+    """Whether every wall between two cells goes to one."""
+    walls = {frozenset((number[a], number[b])) for a, b in spec.walls}
+    return {frozenset(images[i] for i in wall) for wall in walls} == walls
 
 
 def _keeps_goals(

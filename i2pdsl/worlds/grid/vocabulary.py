@@ -7,7 +7,7 @@ from dataclasses import fields
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
-from i2pdsl.worlds.grid.spec import ACTIONS, MOST_SEEN, GridSpec
+from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 
 PREDICATES = (
@@ -41,6 +41,8 @@ _DOCUMENTATION = {
     "goal": "reward for acting on one's own goal tile",
     "move": "reward of a move",
     "stay": "reward of staying",
+    "end": "reward for standing on one's own goal tile when the last frame of the horizon is over",
+    "horizon": "how many frames there are, for which characters plan; 0: without end",
     "gamma": "discount factor",
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
@@ -63,6 +65,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     for name in characters:
         about = f"whether {name} acts rationally, or at random"
         latents[rationality_of(name)] = Latent(rationality_of(name), "truth", (True, False), about)
+    actions = ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS
     columns = len(spec.rows[0]) if spec.rows else 0
     return Vocabulary(
         world=spec.name,
@@ -70,9 +73,9 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         hypotheses=grid_hypotheses(spec),
         characters=characters,
         rational={name: rationality_of(name) for name in characters},
-        actions=ACTIONS,
+        actions=actions,
         can_fail=frozenset(c.name for c in spec.characters if c.is_weak),
-        things=tuple(t.name for t in spec.things),
+        things=tuple(name for t in spec.things for name in t.names),
         may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent),
         places={t.name: t.cells for t in spec.tiles},
         columns=columns,
@@ -90,6 +93,9 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         observer_settings=("beta", "forgetting", "level0"),
         free=frozenset(spec.free_cells),
         automatic=_automatic(spec),
+        usual_length=min(15, spec.settings.horizon or 15),
+        longest=spec.settings.horizon or None,
+        limited_to={c.name: c.actions for c in spec.characters if len(c.actions) < len(actions)},
         documentation=spec.documentation,
     )
 
@@ -110,4 +116,5 @@ def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:
     if name in SETTING_WORDS:
         return Setting(name, default, _DOCUMENTATION[name], SETTING_WORDS[name])
     accepts, range_ = SETTING_RANGES[name]
-    return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)
+    about = _DOCUMENTATION[name]
+    return Setting(name, default, about, (), range_, accepts, reshapes=name == "horizon")

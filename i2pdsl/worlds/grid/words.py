@@ -4,17 +4,29 @@ and what other tools have and grid worlds have not."""
 from __future__ import annotations
 
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
-from i2pdsl.worlds.grid.spec import ACTIONS, NO_GOAL
+from i2pdsl.worlds.grid.spec import ALL_ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
     "tile": ("symbol", "cell", "sprite", "color"),
-    "object": ("may_be_absent", "sprite", "color"),
+    "object": ("symbol", "cell", "may_be_absent", "count", "sprite", "color"),
     "character": (
-        *("success", "goals", "pushes", "toward", "attitude", "models", "sprite", "color"),
+        *(
+            "success",
+            "goals",
+            "pushes",
+            "pulls",
+            "toward",
+            "attitude",
+            "models",
+            "symbol",
+            "cell",
+            "sprite",
+            "color",
+        ),
     ),
     "event": ("drops",),
-    "rewards": ("goal", "move", "stay"),
-    "planning": ("gamma", "beta", "level0", "order"),
+    "rewards": ("goal", "move", "stay", "end"),
+    "planning": ("gamma", "beta", "level0", "order", "horizon"),
     "audience": ("forgetting", "hypotheses"),
     "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }
@@ -37,7 +49,7 @@ def taken(name: str) -> str | None:
     """
     if name in _OF_FILES:
         return _OF_FILES[name]
-    if name in RESERVED or name in (*ACTIONS, NO_GOAL, "nothing"):
+    if name in RESERVED or name in (*ALL_ACTIONS, NO_GOAL, "nothing"):
         return "a word of the language"
     return None
 
@@ -45,9 +57,7 @@ def taken(name: str) -> str | None:
 _MOVES = "there are no other moves than one cell north, south, east or west, and staying"
 _FIXED = "there are no doors, keys or switches: a cell is a wall or free from first to last"
 _SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
-_ENDLESS = (
-    "there is no horizon and no last tile: planning has no end, `gamma` discounts what is late"
-)
+_ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
 _WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
@@ -68,8 +78,8 @@ _ELSEWHERE = {
     "jump wait noop neighbours neighbors connectivity directions",
     _SEEN: "sees vision view fog visibility visible observes observation sensor field_of_view "
     "radius partial hidden",
-    _ENDLESS: "horizon terminal terminates absorbing terminate episode deadline time_limit "
-    "max_steps steps end exit done",
+    _ENDLESS: "terminal terminates absorbing terminate episode deadline time_limit "
+    "max_steps steps exit done",
     _LENGTH: "length duration frames",
     _WORTH: "reward utility value payoff score points bonus",
     _START: "start starts position location spawn initial init at place",
@@ -80,7 +90,7 @@ _ELSEWHERE = {
     _PRIOR: "prior priors",
     _FLOOR: "water lava ice river grass goal exit_tile terrain zone region room ground",
     _MAP: "width height size columns rows dimensions",
-    "a wall is drawn as `#` on the map": "wall walls",
+    "a wall is drawn as `#` on the map, and one between two cells as `|` or `-`": "wall walls",
     "how sharply characters prefer what is best is `beta` in the block `planning`": "temperature "
     "alpha rationality softmax inverse_temperature",
     "what is late is discounted by `gamma` in the block `planning`": "discount discounting",

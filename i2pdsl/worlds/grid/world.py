@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NoReturn
@@ -19,6 +19,7 @@ from i2pdsl.worlds.grid.planning import (
     Report,
     check_memory,
     costs,
+    expectations,
     load_or_plan,
     on_goal,
     problem_keys,
@@ -87,7 +88,8 @@ class GridWorld:
         return tables.forgetting
 
     def all_states(self, tables: model.Tables) -> Array:
-        return tables.cells.__array_namespace__().arange(tables.cells.shape[0])
+        # With a horizon, each arrangement in each of its frames.
+        return tables.cells.__array_namespace__().arange(tables.continuation[0].shape[0])
 
     def turns(self, tables: model.Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -117,8 +119,13 @@ class GridWorld:
     ) -> tuple[Array, ...]:
         return model.best_rows(tables, self.moves, state, action)
 
+    def alternatives(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[tuple[Array, Array], ...]:
+        return model.alternatives(tables, self.moves, state, action)
+
     def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
-        return state == after
+        return model.arrangement(tables, state) == model.arrangement(tables, after)
 
     def outcome(
         self, tables: model.Tables, state: Array, action: Array
@@ -163,11 +170,11 @@ class GridWorld:
 
     @cached_property
     def _sight(self) -> np.ndarray:
-        return in_sight(self.dynamics.coordinates)
+        return in_sight(self.dynamics.coordinates, self.spec.walls)
 
     @cached_property
     def _walks(self) -> np.ndarray:
-        return walking(self.dynamics.coordinates)
+        return walking(self.dynamics.coordinates, self.spec.walls)
 
     def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
@@ -177,12 +184,15 @@ class GridWorld:
             number = self._drop(turn)
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
-        code = 0
-        for who, act in enumerate(turn):
-            code = code * self.moves.counts[who] + self.moves.outcomes(who).index(
-                (act.action, not act.fails)
-            )
+        code = self.turn_number([(act.action, not act.fails) for act in turn])
         return zero + code, zero == 0
+
+    def turn_number(self, chosen: Sequence[tuple[int, bool]]) -> np.ndarray:
+        """The number of a turn in which each character does an action, and succeeds or not."""
+        number: Array = 0
+        for who, outcome in enumerate(chosen):
+            number = number * self.moves.counts[who] + self.moves.outcomes(who).index(outcome)
+        return np.asarray(number)
 
     def _drop(self, drop: ty.Drop) -> int:
         """Its number among the events."""
@@ -229,7 +239,13 @@ class GridWorld:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self) -> np.ndarray:
-        return np.arange(self.dynamics.state_count)
+        """All arrangements, with everybody in the place that the world gives him at first."""
+        placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
+        given = [entity for entity, cell in enumerate(placed) if cell >= 0]
+        cells = self.dynamics.cells
+        if not given:
+            return np.arange(len(cells))
+        return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
 
 
 def build_world(
@@ -262,9 +278,8 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
     check_memory(spec)
     keys = problem_keys(spec)
     dynamics = build_dynamics(spec)
-    nothing = tuple(
-        np.broadcast_to(np.zeros(()), (dynamics.state_count, len(problems))) for problems in keys
-    )
+    states = dynamics.state_count * spec.frame_count
+    nothing = tuple(np.broadcast_to(np.zeros(()), (states, len(problems))) for problems in keys)
     return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0, 0.0)])
 
 
@@ -274,7 +289,10 @@ def assemble(
     """Puts the viewers' plans side by side into one set of tables."""
     vocabulary = grid_vocabulary(spec)
     rows = vocabulary.hypotheses
-    distinct = list({id(p): p for p in plans}.values())
+    # Viewers who expect the same plan to be followed more or less sharply have it once each.
+    seen_as = [(id(p), v.sharpness) for v, p in zip(viewers, plans, strict=True)]
+    places = {each: number for number, each in enumerate(dict.fromkeys(seen_as))}
+    distinct = [plans[seen_as.index(each)] for each in places]
     offsets = [
         np.cumsum([0, *(len(p.keys[who]) for p in distinct)]) for who in range(len(spec.characters))
     ]
@@ -291,8 +309,9 @@ def assemble(
         beta = np.empty(len(keys))
         column = np.full((len(viewers), len(rows)), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
-            first = offsets[who][[id(p) for p in distinct].index(id(plan))]
-            beta[first : first + len(plan.keys[who])] = viewer.spec.settings.beta
+            first = offsets[who][places[seen_as[o]]]
+            sharp = viewer.sharpness * viewer.spec.settings.beta
+            beta[first : first + len(plan.keys[who])] = sharp
             for h, row in enumerate(rows):
                 if row[rationality_of(c.name)]:
                     key = problem_of(viewer.spec, c, row)
@@ -317,12 +336,18 @@ def assemble(
         goals=tuple(goals),
         log_prior=log_priors(viewers, len(rows)),
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
+        layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
+        against=_against(viewers, plans, distinct, offsets) if spec.together else None,
     )
     moves = model.Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
         len(spec.entities),
         tuple(spec.entities.index(thing) for _, things in spec.events for thing in things),
+        tuple(len(c.actions) for c in spec.characters),
+        spec.groups,
+        spec.frame_count,
+        spec.together,
     )
     return GridWorld(
         spec,
@@ -331,5 +356,40 @@ def assemble(
         moves,
         max(p.residual for p in plans),
         max(p.bound for p in plans),
-        sum(p.seconds for p in distinct),
+        sum(p.seconds for p in {id(p): p for p in plans}.values()),
     )
+
+
+def _against(
+    viewers: tuple[Viewer, ...],
+    plans: list[Plan],
+    distinct: list[Plan],
+    offsets: list[np.ndarray],
+) -> tuple[model.Against, ...] | None:
+    """What the characters of all plans expect of each other, side by side as their problems."""
+    specs = [viewers[[id(p) for p in plans].index(id(plan))].spec for plan in distinct]
+    each = [expectations(spec, plan.keys) for spec, plan in zip(specs, distinct, strict=True)]
+    if each[0] is None:
+        return None
+    found = []
+    for who in range(len(each[0])):
+        parts = [against[who] for against in each if against is not None]
+        problem = [
+            part.problem + first
+            for part, first in zip(parts, offsets[1 - who], strict=False)
+            if part.problem is not None
+        ]
+        beside = lambda name, parts=parts: np.concatenate(
+            [getattr(part, name) for part in parts], axis=-1
+        )
+        found.append(
+            model.Against(
+                beside("fixed"),
+                np.concatenate(problem) if problem else None,
+                beside("known"),
+                beside("beta"),
+                beside("rho"),
+                each[0][who].success,
+            )
+        )
+    return tuple(found)
