@@ -142,8 +142,8 @@ WRONG: dict[str, tuple[Rows, str, str]] = {
     "a wall": (place(*PUSH[:3], ("cheese", 1, 0, 1)), "`cheese` cannot stand at [0, 1]", ""),
     "one cell": (
         place(*PUSH[:3], ("cheese", 1, 1, 2)),
-        "`robot` cannot have moved so at once",
-        "`cheese` would have been moved",
+        "`cheese` and `robot` stand on one cell, [1, 2]",
+        "",
     ),
     "at once": (
         place(("robot", 0, 0, 2), ("cheese", 0, 1, 2), ("robot", 1, 1, 2), ("cheese", 1, 0, 2)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -137,6 +137,9 @@ def _impossible(
     for name, place in now.items():
         if place is not None and tuple(place) not in world.vocabulary.free:
             table.wrong(number, f"`{name}` cannot stand at {place}: there is no free cell", name)
+    for one, other in combinations([name for name in now if now[name] is not None], 2):
+        if now[one] == now[other]:
+            table.wrong(number, f"`{one}` and `{other}` stand on one cell, {now[one]}", other)
     ends = np.unique(world.endings(world.tables, before))
     reached = [kind.start_as_json(world, end) for end in ends]
     for name, place in now.items():
