@@ -12,11 +12,15 @@ import pytest
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.replay import replay
+from i2pdsl.scripts import make_record
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.inferred import inferred_turns
+from i2pdsl.worlds.positions import read_positions
 from i2pdsl.worlds.record import empty, extended
 from i2pdsl.worlds.world import Viewer
 
@@ -356,3 +360,24 @@ def test_mistakes_of_maps_with_walls_between_cells(drawn: str, told: str) -> Non
 )  # fmt: skip
 def test_mistakes_of_the_new_keys(lines: str, told: str) -> None:
     assert mistakes(f"map\n    ...\n    ...\ncharacter a\n{lines}\n") == [told]
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_scripts_come_again_from_positions_and_actions(together: bool) -> None:
+    """Whatever the rules are: who pulls, who waits for whom, and in which frame it is."""
+    world, generator = world_of(("red", "blue"), together, 1, 3), np.random.default_rng(0)
+    for start in generator.choice(world.starts(), size=8):
+        path = empty(world, start)
+        for _ in range(3):
+            valid = np.flatnonzero(world.turns(world.tables, path.states[-1]).valid)
+            path = extended(world, path, [int(generator.choice(valid))])
+        record = make_record(world, path, {}, {}, None)
+        frames = [{"state": record.start}, *record.frames]
+        rows = [
+            {"who": who, "frame": number, "x": x, "y": y}
+            | {"action": frame.get(who, {}).get("action")}
+            for number, frame in enumerate(frames)
+            for who, (x, y) in frame["state"].items()
+        ]
+        found = inferred_turns(KIND, world, read_positions(rows, world.vocabulary))
+        assert found.frames == record.frames
