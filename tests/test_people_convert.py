@@ -12,16 +12,12 @@ import pytest
 
 from i2pdsl.scripts import Script
 
-GRID = """\
- . . .|.
-_. .x. .
- . .,. .g
-"""
+GRID = " . . | . \n_. .x. . \n . . , .g\n"
 TRIAL = {
     "num": 1,
     "red_start": [0, 0],
     "blue_start": [0, 1],
-    "red_path": [[1, 0], [1, 0], [0, 1], [0, 1]],
+    "red_path": [[1, 0], [1, 0], [0, 1], [0, 1], [1, 0], [1, 0]],
     "blue_path": [[1, 0], [-1, 0], [0, 0]],
     "box_changes": {"1": [[2, 1]], "3": [[1, 1]]},
 }
@@ -49,10 +45,11 @@ def test_a_stimulus_becomes_a_world_and_a_script(tmp_path: Path) -> None:
     assert text.splitlines()[3:7] == drawn
     script = Script.load(path)
     frames = script.record.frames
-    assert [frame["blue"]["action"] for frame in frames] == ["east", "pull_west", "stay", "stay"]
-    assert frames[-1]["state"] == {"blue": [0, 1], "red": [2, 2], "box": [1, 1]}
+    acts = ["east", "pull_west", *["stay"] * 4]
+    assert [frame["blue"]["action"] for frame in frames] == acts
+    assert frames[-1]["state"] == {"blue": [0, 1], "red": [4, 2], "box": [1, 1]}
     belief = script.query("P(rho > 0 | script[:t])")
-    assert len(belief) == 5
+    assert len(belief) == 7
     assert belief[2] > 0.5  # a box out of the way of red
 
 
