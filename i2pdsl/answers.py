@@ -185,14 +185,14 @@ class Answer(Shown):
         return self.expression if self.expression not in ("", FRAMES) else None
 
 
-def optional(name: str) -> Any:
+def optional(name: str, extra: str = "tables") -> Any:
     """An optional library. Raises ImportError that says how to get it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as missing:
         if missing.name != name:
             raise
-        message = f"this needs {name}, which is not installed: pip install 'i2pdsl[tables]'"
+        message = f"this needs {name}, which is not installed: pip install 'i2pdsl[{extra}]'"
         raise ModuleNotFoundError(message, name=name) from None
 
 

@@ -111,6 +111,10 @@ class Bars:
             shown = f"reward {figures['best']:.2f}, falls {100 * figures['falls']:.0f} %"
             self.bar.set_postfix_str(shown, refresh=True)
 
+    def fitting(self, done: int, total: int) -> None:
+        """Some more draws from a posterior are made."""
+        self._count("fitting", done, total)
+
     def drawing(self, name: str, done: int, total: int) -> None:
         """One more frame of a film is drawn."""
         self._count(f"drawing {name}", done, total)

@@ -47,7 +47,7 @@ FLOORS = (
     ("scripts", "tables", "explain"),
     ("search",),
     ("results",),
-    ("pipeline",),
+    ("pipeline", "fit"),
     ("progress",),
     ("render", "describe"),
     ("editor",),

@@ -30,6 +30,7 @@ COMMANDS = (
     "fmt",
     "query",
     "explain",
+    "fit",
     "repl",
     "worlds",
     "patterns",

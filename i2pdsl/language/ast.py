@@ -357,9 +357,10 @@ class Assume(Node):
 
 @dataclass(frozen=True, slots=True)
 class Audience(Node):
-    """`audience name(settings)`, or `audience called = name(settings)`."""
+    """`audience name(settings)`, or `audience called = name(settings)`; a text in place of the
+    name is a file."""
 
-    name: Name
+    name: Name | Text
     settings: tuple[Argument, ...]
     called: Name | None = None
 

@@ -77,7 +77,7 @@ class Builder:
             case "audience":
                 name: Any = parts[3]
                 called = None if rest is None else self.name(rest)
-                return ast.Audience(span, self.name(name), self.settings(parts[4]), called)
+                return ast.Audience(span, self.target(name), self.settings(parts[4]), called)
             case "require":
                 return ast.Require(span, self.expression(rest))
             case "require_order":

@@ -363,7 +363,7 @@ class _Checker:
         """The viewers of all beliefs that name no others, and those that have names."""
         found = {VIEWERS: USUAL}
         for statement in self.program.of(ast.Audience):
-            observers = self.settings.audience(statement.name, statement.settings)
+            observers = self.settings.audience(statement.name, statement.settings, self.folder)
             audience = Audience(_audience(statement), observers, span=statement.span)
             if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
                 found[audience.name] = audience

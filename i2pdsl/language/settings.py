@@ -5,11 +5,13 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 
-from i2pdsl.errors import Diagnostic, Note, Span, did_you_mean, shorten
+from i2pdsl.errors import Diagnostic, Note, Span, StoryError, did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.evaluate import is_pure, values
+from i2pdsl.language.people import read_people
 from i2pdsl.language.scope import Env
 from i2pdsl.language.story import Observer, SearchPlan
 from i2pdsl.language.vocabulary import Setting, SettingValue
@@ -17,10 +19,18 @@ from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "average")
 OF_VIEWERS = {
+    "sharpness": Setting(
+        "sharpness",
+        1.0,
+        "how much more strongly than they do characters seem to prefer what is best for them",
+        (),
+        "above 0",
+        lambda x: 0 < x <= 1000,
+    ),
     "prior": Setting("prior", 1.0, "the weight of each hypothesis"),
     "given": Setting("given", "EVENT", "what they know to be so from the beginning"),
 }
-"""What a viewer may have besides the settings of the world: no constant numbers."""
+"""What a viewer may have besides the settings of the world."""
 LONGEST_STORY = 100_000
 MOST_LENGTHS = 24  # that a search chooses from: each is searched
 
@@ -150,8 +160,12 @@ class Settings:
 
     # Audiences.
 
-    def audience(self, name: ast.Name, arguments: tuple[ast.Argument, ...]) -> tuple[Observer, ...]:
-        """The simulated viewers of `audience NAME(...)`."""
+    def audience(
+        self, name: ast.Name | ast.Text, arguments: tuple[ast.Argument, ...], folder: Path | None
+    ) -> tuple[Observer, ...]:
+        """The simulated viewers of `audience NAME(...)`, or of a file."""
+        if isinstance(name, ast.Text):
+            return self.people(name, arguments, folder)
         if name.id == "bayesian":
             return (self.observer(arguments),)
         if name.id == "average":
@@ -160,9 +174,9 @@ class Settings:
             for argument in arguments:
                 inner = argument.value
                 if isinstance(inner, ast.Call) and argument.name is None:
-                    found.extend(self.audience(inner.callee, inner.arguments))
-                elif isinstance(inner, ast.Name) and argument.name is None:
-                    found.extend(self.audience(inner, ()))
+                    found.extend(self.audience(inner.callee, inner.arguments, folder))
+                elif isinstance(inner, ast.Name | ast.Text) and argument.name is None:
+                    found.extend(self.audience(inner, (), folder))
                 else:
                     message = "an average is taken over audiences"
                     self.problem("audience", message, argument.span, example)
@@ -173,6 +187,21 @@ class Settings:
         hint = did_you_mean(name.id, AUDIENCES) or "audiences: " + ", ".join(AUDIENCES)
         self.problem("audience", f"there is no audience `{name.id}`", name.span, hint)
         return (Observer(),)
+
+    def people(
+        self, name: ast.Text, arguments: tuple[ast.Argument, ...], folder: Path | None
+    ) -> tuple[Observer, ...]:
+        """The viewers of a file that `i2p fit` wrote."""
+        if arguments:
+            message = "an audience in a file has no settings"
+            self.problem("setting", message, arguments[0].span, "change them in the file")
+        try:
+            people = read_people((folder or Path()) / name.value, name.span)
+        except StoryError as problem:
+            for diagnostic in problem.diagnostics:
+                self.elaborator.report(diagnostic)
+            return (Observer(),)
+        return tuple(person.observer(self.elaborator.world) for person in people)
 
     def observer(self, arguments: tuple[ast.Argument, ...]) -> Observer:
         world = self.elaborator.world.settings
@@ -189,7 +218,11 @@ class Settings:
                 self.problem("duplicate", f"`{name}` is given twice", argument.span, None, note)
         settings = self.read(tuple(others), known, "audience bayesian")
         prior = self.prior(own["prior"].value) if "prior" in own else None
-        return self.informed(Observer(settings, prior), own.get("given"))
+        sharpness: SettingValue | None = None
+        if "sharpness" in own:
+            sharpness = self.value(OF_VIEWERS["sharpness"], own["sharpness"].value)
+        sharp = sharpness if isinstance(sharpness, float) else 1.0
+        return self.informed(Observer(settings, prior, sharpness=sharp), own.get("given"))
 
     def informed(self, observer: Observer, given: ast.Argument | None) -> Observer:
         """A viewer who knows an event to be so: the prior is conditioned on it."""

@@ -15,12 +15,14 @@ from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 @dataclass(frozen=True)
 class Observer:
-    """One simulated viewer: the world's settings replaced, a prior weight per hypothesis, and the
-    hypotheses that are left by what he knows, where he knows anything."""
+    """One simulated viewer: the world's settings replaced, a prior weight per hypothesis, the
+    hypotheses that are left by what he knows, where he knows anything, and how much sharper than
+    they are he expects choices to be."""
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
     known: ty.Mask | None = None
+    sharpness: float = 1.0
 
 
 VIEWERS = "viewers"  # the name of the audience that needs none

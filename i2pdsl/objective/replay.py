@@ -12,7 +12,7 @@ from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.world import World
 
-History = tuple[Frame, np.ndarray]
+History = tuple[Frame, Any]
 
 
 def replay(
@@ -64,17 +64,16 @@ def replay(
 
 
 def histories(
-    world: World, frames: Frame, expression: ty.Typed
+    world: World, tables: Any, frames: Frame, expression: ty.Typed
 ) -> dict[tuple[ty.Turn, ...], History]:
     """The script's history, and those of all scripts that an expression appends turns to."""
-    found: dict[tuple[ty.Turn, ...], History] = {
-        (): (frames, np.ones(len(frames.state), dtype=bool))
-    }
+    xp = frames.belief.__array_namespace__()
+    found: dict[tuple[ty.Turn, ...], History] = {(): (frames, xp.ones(len(frames.state), bool))}
     last = Frame(*(part[-1] for part in frames))
     for node in ty.walk(expression):
         if isinstance(node, ty.Moment) and node.turns not in found:
-            suffix = append_turns(world, world.tables, node.turns, last)
-            found[node.turns] = with_suffix(np, frames, suffix)
+            suffix = append_turns(world, tables, node.turns, last)
+            found[node.turns] = with_suffix(xp, frames, suffix)
     return found
 
 
@@ -89,9 +88,8 @@ def evaluate(world: World, frames: Frame, expression: ty.Typed, times: range | N
     compiler = Compiler(world, length)
     compiler.on_reduction = reduce_over_history(compiler)
     closure = compiler.build(expression)
-    value = evaluate_all(
-        compiler, closure, world.tables, histories(world, frames, expression), times
-    )
+    turns = histories(world, world.tables, frames, expression)
+    value = evaluate_all(compiler, closure, world.tables, turns, times)
     return (
         np.broadcast_to(value, (len(times), *np.shape(value)[1:])) if times is not None else value
     )

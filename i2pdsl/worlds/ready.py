@@ -14,7 +14,10 @@ from i2pdsl.worlds.world import Viewer, World
 
 def viewers_of(spec: Spec, observers: tuple[Any, ...]) -> tuple[Viewer, ...]:
     """The observers of a story (language/story.py) as viewers of its world."""
-    return tuple(Viewer(spec.with_settings(dict(o.settings)), o.prior, o.known) for o in observers)
+    return tuple(
+        Viewer(spec.with_settings(dict(o.settings)), o.prior, o.known, o.sharpness)
+        for o in observers
+    )
 
 
 @lru_cache(maxsize=4)

@@ -20,12 +20,14 @@ Tables = Any
 
 @dataclass(frozen=True)
 class Viewer:
-    """One observer of a world: the world as he believes it works, his prior [H] or None, and the
-    hypotheses [H] that are left by what he knows, or None."""
+    """One observer of a world: the world as he believes it works, his prior [H] or None, the
+    hypotheses [H] that are left by what he knows, or None, and how much more strongly than its
+    characters do he expects them to prefer what is best for them."""
 
     spec: Any
     prior: tuple[float, ...] | None = None
     known: tuple[bool, ...] | None = None
+    sharpness: float = 1.0
 
 
 class Branches(NamedTuple):
@@ -157,6 +159,13 @@ class World(Protocol):
         """max_a log P(a | H) at each observation of the frame, [..., O, H] each: what would have
         been the most sensible. Empty in a world without `naturalness`."""
 
+    def alternatives(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[tuple[Array, Array], ...]:
+        """For each observation of the frame, log P of all that could have been observed, [..., A,
+        O, H], and which of it was, [...]: whoever expects choices to be k times as sharp has the
+        k-th power of these, normalised. Empty where what is observed is none of so many."""
+
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         """Whether nothing that a viewer can see has changed, [...]."""
 
@@ -266,6 +275,11 @@ class ContinuousWorld:
     def best_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
+        return ()
+
+    def alternatives(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[tuple[Array, Array], ...]:
         return ()
 
     def outcome(

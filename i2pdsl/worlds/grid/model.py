@@ -491,6 +491,21 @@ def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tupl
     return tuple(xp.where(is_turn, row, 0.0) for row in best)
 
 
+def alternatives(
+    tables: Tables, moves: Moves, state: Array, action: Array
+) -> tuple[tuple[Array, Array], ...]:
+    """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
+    did, [...]."""
+    states = _chosen_at(tables, moves, state, action)
+    return tuple(
+        (
+            log_policy(tables, who, states[who]),
+            decode(moves, who, action, namespace(tables.cells))[0],
+        )
+        for who in range(len(moves.weak))
+    )
+
+
 def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
     """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
     xp = namespace(tables.cells)

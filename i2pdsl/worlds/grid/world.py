@@ -119,6 +119,11 @@ class GridWorld:
     ) -> tuple[Array, ...]:
         return model.best_rows(tables, self.moves, state, action)
 
+    def alternatives(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[tuple[Array, Array], ...]:
+        return model.alternatives(tables, self.moves, state, action)
+
     def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
         return model.arrangement(tables, state) == model.arrangement(tables, after)
 
@@ -284,7 +289,10 @@ def assemble(
     """Puts the viewers' plans side by side into one set of tables."""
     vocabulary = grid_vocabulary(spec)
     rows = vocabulary.hypotheses
-    distinct = list({id(p): p for p in plans}.values())
+    # Viewers who expect the same plan to be followed more or less sharply have it once each.
+    seen_as = [(id(p), v.sharpness) for v, p in zip(viewers, plans, strict=True)]
+    places = {each: number for number, each in enumerate(dict.fromkeys(seen_as))}
+    distinct = [plans[seen_as.index(each)] for each in places]
     offsets = [
         np.cumsum([0, *(len(p.keys[who]) for p in distinct)]) for who in range(len(spec.characters))
     ]
@@ -301,8 +309,9 @@ def assemble(
         beta = np.empty(len(keys))
         column = np.full((len(viewers), len(rows)), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
-            first = offsets[who][[id(p) for p in distinct].index(id(plan))]
-            beta[first : first + len(plan.keys[who])] = viewer.spec.settings.beta
+            first = offsets[who][places[seen_as[o]]]
+            sharp = viewer.sharpness * viewer.spec.settings.beta
+            beta[first : first + len(plan.keys[who])] = sharp
             for h, row in enumerate(rows):
                 if row[rationality_of(c.name)]:
                     key = problem_of(viewer.spec, c, row)
@@ -347,7 +356,7 @@ def assemble(
         moves,
         max(p.residual for p in plans),
         max(p.bound for p in plans),
-        sum(p.seconds for p in distinct),
+        sum(p.seconds for p in {id(p): p for p in plans}.values()),
     )
 
 

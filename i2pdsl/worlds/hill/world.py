@@ -148,7 +148,7 @@ def build_hill(
         values=_for_viewers(
             [[for_weight(c.value, c.weights, weight) for weight, _ in rows] for c in imagined]
         ),
-        sigma=np.array([float(v.spec.settings.sigma) for v in viewers]),
+        sigma=np.array([float(v.spec.settings.sigma) / v.sharpness**0.5 for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
         log_prior=log_priors(viewers, len(rows)),
         forgetting=forgetting_of(viewers, [float(v.spec.settings.forgetting) for v in viewers]),

@@ -155,7 +155,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         pair_scale=pair_scale,
         plans=tuple(_plans(spec, who, who == social) for who in range(len(cast))),
         safe=np.array(spec.settings.safe),
-        beta=np.array([v.spec.settings.beta for v in viewers]),
+        beta=np.array([v.sharpness * v.spec.settings.beta for v in viewers]),
         by_path=~np.array(steps),
         nodes=nodes,
         log_weights=np.log(weights),

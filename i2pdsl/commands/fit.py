@@ -1,0 +1,192 @@
+"""`i2p fit`: the audience that people's judgements speak of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from i2pdsl.output import DONE, INTERRUPTED, WRONG, check_writable, output, output_json
+
+if TYPE_CHECKING:
+    from i2pdsl.fit.judgements import Choice
+    from i2pdsl.fit.report import Report
+
+_VARYING = "prior, sharpness, forgetting, lapse, noise, bias, slope"
+
+
+@click.command()
+@click.argument("table", type=click.Path())
+@click.option("-o", "--out", metavar="AUDIENCE.toml", help="Where to write the audience.")
+@click.option("--question", metavar="EXPR", help="What was asked, where the table does not say.")
+@click.option(
+    "--choice",
+    "choices",
+    multiple=True,
+    metavar="NAME:LABEL=EXPR;...",
+    help="A question of the table that is answered by a label, and what each label claims.",
+)
+@click.option(
+    "--scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of answers: 1, or 100."
+)
+@click.option(
+    "--grid",
+    multiple=True,
+    metavar="NAME=V1,V2",
+    help="A setting of how characters plan, and the values that are tried.",
+)
+@click.option("--fix", multiple=True, metavar="NAME=VALUE", help="A parameter that is not fitted.")
+@click.option("--vary", default=None, metavar="NAMES", help=f"In what people differ: {_VARYING}.")
+@click.option("--viewers", type=click.IntRange(1, 64), default=4, help="Of the audience's file.")
+@click.option("--chains", type=click.IntRange(1, 64), default=4)
+@click.option("--draws", type=click.IntRange(20, 100_000), default=400, help="Of each chain.")
+@click.option("--warmup", type=click.IntRange(20, 100_000), default=400)
+@click.option("--seed", type=click.IntRange(0), default=0)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
+def fit(
+    table: str,
+    out: str | None,
+    question: str | None,
+    choices: tuple[str, ...],
+    scale: float,
+    grid: tuple[str, ...],
+    fix: tuple[str, ...],
+    vary: str | None,
+    viewers: int,
+    chains: int,
+    draws: int,
+    warmup: int,
+    seed: int,
+    as_json: bool,
+) -> int:
+    """Fit an audience to people's judgements: how sharply they expect characters to choose, what
+    they forget, what they thought before, and how they answer."""
+    from i2pdsl.computing import computing
+    from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.progress import Bars
+
+    options = [_choice(text) for text in choices]
+    tried = dict(_numbers(text, "--grid") for text in grid)
+    fixed = {name: values[0] for name, values in (_numbers(text, "--fix") for text in fix)}
+    varies = _varying(vary)
+    if out is not None:
+        check_writable(Path(out).parent)
+    judgements = read_judgements(table, scale, question, dict(options))
+    with Bars("fitting") as bars:
+        from i2pdsl.fit.fit import fit as fitted_to
+        from i2pdsl.fit.fit import settings_of, study
+
+        people = study(judgements, Path(table).parent, scale, dict(options), bars.watch)
+        parameters, settings = settings_of(people, fixed, tried)
+        with computing(bars.say):
+            from i2pdsl.fit.report import Report
+
+            found = fitted_to(
+                people,
+                tried,
+                parameters,
+                settings,
+                varies,
+                chains=chains,
+                warmup=warmup,
+                draws=draws,
+                seed=seed,
+                watch=bars.watch,
+                report=bars.fitting,
+            )
+            report = Report(found)
+            files = {} if out is None else _written(report, Path(out), table, viewers)
+            document = report.as_json()
+    if as_json:
+        output_json(document | {"files": files})
+    else:
+        output(in_words(report, files))
+    for problem in report.disagreements:
+        click.echo(f"the chains do not agree: {problem}", err=True)
+    if report.disagreements:
+        click.echo("more draws (`--warmup`, `--draws`), or fewer parameters (`--fix`)", err=True)
+    if not found.draws.finished:
+        click.echo("interrupted: the draws so far were used", err=True)
+        return INTERRUPTED
+    return WRONG if report.disagreements else DONE
+
+
+def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, str]:
+    """Writes the audience, the draws and the picture."""
+    from i2pdsl.fit.picture import draw_agreement
+    from i2pdsl.language.people import written
+    from i2pdsl.resources import write_text
+
+    r, rmse = report.agreement
+    figures = {"r": r, "rmse": rmse, "people": len(report.fitted.study.people)}
+    told = f"Viewers fitted to the judgements in {Path(table).name} by `i2p fit`."
+    write_text(out, written(report.people(viewers), figures, told))
+    draws, picture = out.with_suffix(".nc"), out.with_suffix(".png")
+    report.save(draws)
+    draw_agreement(report, picture)
+    return {"audience": str(out), "draws": str(draws), "picture": str(picture)}
+
+
+def in_words(report: Report, files: dict[str, str]) -> str:
+    """The report as people read it."""
+    study = report.fitted.study
+    r, rmse = report.agreement
+    width = max(map(len, report.estimates))
+    lines = [f"{'':{width}}      mean   5 %     95 %     R-hat  effective draws"]
+    for name, each in report.estimates.items():
+        figures = f"{each.mean:9.4g} {each.low:8.4g} {each.high:8.4g}"
+        lines.append(f"{name:{width}} {figures} {each.rhat:7.3f} {each.ess:8.0f}")
+    loo, checks = report.loo, report.predictive
+    lines += [
+        "",
+        f"{len(study.asked.answer):,} answers of {len(study.people):,} people "
+        f"to {len(study.labels):,} questions about scripts",
+        f"means of the model and of people: r = {r:.4f}, RMSE = {rmse:.4g}",
+        f"leave one answer out: {loo['loo']:.5g} nats (standard error {loo['se']:.3g}; "
+        f"{100 * loo['bad']:.3g} % of answers are too influential to be sure)",
+    ]
+    if checks:
+        lines.append(
+            f"answers within the model's 90 % intervals: {100 * checks['within_90']:.3g} %; at an "
+            f"end of the slider {100 * checks['at_ends_people']:.3g} %, of the model "
+            f"{100 * checks['at_ends_model']:.3g} %"
+        )
+    lines += [f"{name}: {path}" for name, path in files.items()]
+    return "\n".join(lines)
+
+
+def _choice(text: str) -> tuple[str, Choice]:
+    from i2pdsl.fit.judgements import Choice
+
+    name, colon, rest = text.partition(":")
+    options = [part.partition("=") for part in rest.split(";") if part.strip()]
+    named = {label.strip(): expression.strip() for label, _, expression in options}
+    if not colon or len(named) < 2 or not all(named.values()) or len(named) < len(options):
+        message = f"{text!r} is not NAME:LABEL=EXPR;LABEL=EXPR"
+        raise click.BadParameter(message, param_hint="--choice")
+    return name.strip(), Choice(named)
+
+
+def _numbers(text: str, option: str) -> tuple[str, Sequence[float]]:
+    name, equals, rest = text.partition("=")
+    try:
+        values = [float(part) for part in rest.split(",")]
+    except ValueError:
+        values = []
+    if not equals or not values or (option == "--fix" and len(values) > 1):
+        message = f"{text!r} is not NAME={'VALUE' if option == '--fix' else 'V1,V2'}"
+        raise click.BadParameter(message, param_hint=option)
+    return name.strip(), values
+
+
+def _varying(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    known = _VARYING.split(", ")
+    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    for name in names:
+        if name not in known and names != ("nothing",):
+            raise click.BadParameter(f"{name!r} is none of {_VARYING}", param_hint="--vary")
+    return names

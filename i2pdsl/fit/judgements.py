@@ -1,0 +1,217 @@
+"""People's judgements as they come: a table with a row for each answer.
+
+Its columns are `participant, script, frame, question, answer` (interfaces.md). Anybody may have
+written it, so every cell is looked at, and every mistake is told with its line and column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, first_of, shorten
+from i2pdsl.language.statements import read_source
+
+COLUMNS = ("participant", "script", "frame", "question", "answer")
+LAST = "T"  # the frame after which everything was seen
+_CELL = re.compile(r'[ \t]*(?:"(?:[^"]|"")*"|[^,\n]*)')
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A question that is answered by choosing one of several named events: label -> expression."""
+
+    options: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One answer of one person.
+
+    Attributes:
+        frame: how much of the script was seen; None for all of it.
+        question: the text in the table.
+        answer: between 0 and 1, or the label of a choice.
+        line: of the table, from 1.
+    """
+
+    participant: str
+    script: str
+    frame: int | None
+    question: str
+    answer: float | str
+    spans: Mapping[str, Span] = field(compare=False, repr=False, default_factory=dict)
+
+    def wrong(self, column: str, message: str, hint: str | None = None) -> Diagnostic:
+        """What is wrong with one of its cells."""
+        return Diagnostic("judgement", message, self.spans[column], hint)
+
+
+def read_judgements(
+    path: Path | str,
+    scale: float = 1.0,
+    question: str | None = None,
+    choices: Mapping[str, Choice] | None = None,
+) -> tuple[Judgement, ...]:
+    """The judgements of a CSV or Parquet file.
+
+    Args:
+        scale: what an answer of certainty is: 1, or 100 for sliders from 0 to 100.
+        question: what was asked where the table has no such column, or an empty cell.
+        choices: what choices there are, by the name that stands in the table's column `question`.
+
+    Raises StoryError with the table's mistakes; ImportError where a Parquet file needs what is not
+    installed.
+    """
+    source = _as_csv(Path(path))
+    rows = _rows(source)
+    head = next(rows, None)
+    if head is None:
+        message, hint = "the table is empty", f"its first line is {','.join(COLUMNS)}"
+        raise StoryError([Diagnostic("table", message, Span(source, 0, 0), hint)])
+    names = [name for name, _ in head]
+    problems = _wrong_head(head, needs_question=question is None)
+    if problems:
+        raise StoryError(problems)
+    reader = _Reader(scale, question, choices or {}, names)
+    found = [reader.judgement(cells) for cells in rows if any(text for text, _ in cells)]
+    if reader.problems:
+        raise StoryError(first_of(reader.problems))
+    if not found:
+        end = Span(source, len(source.text), len(source.text))
+        raise StoryError([Diagnostic("table", "the table has no answers", end)])
+    return tuple(judgement for judgement in found if judgement is not None)
+
+
+def _as_csv(path: Path) -> Source:
+    """The text of a table; what Parquet holds is shown as the CSV that says the same."""
+    if path.suffix.lower() != ".parquet":
+        return read_source(path)
+    from i2pdsl.answers import optional
+    from i2pdsl.errors import error, whole_file
+
+    pandas = optional("pandas")
+    try:
+        table = pandas.read_parquet(path)
+    except (OSError, ValueError) as problem:
+        reason = " ".join(str(problem).split())
+        raise error("no-file", f"it is no Parquet table: {reason}", whole_file(str(path))) from None
+    return Source(str(path), table.to_csv(index=False, lineterminator="\n"))
+
+
+def _rows(source: Source) -> Iterator[list[tuple[str, Span]]]:
+    """The rows as texts of cells with their places."""
+    at = 0
+    text = source.text
+    while at < len(text):
+        cells: list[tuple[str, Span]] = []
+        while True:
+            found = _CELL.match(text, at)
+            assert found is not None, "it matches nothing as well"
+            begin = at + len(found[0]) - len(found[0].lstrip(" \t\r"))
+            end = at + len(found[0].rstrip())
+            cells.append((_plain(text[begin:end]), Span(source, min(begin, end), end)))
+            at = found.end()
+            if text[at : at + 1] != ",":
+                break
+            at += 1
+        rest = text.find("\n", at)
+        after = len(text) if rest < 0 else rest
+        if text[at:after].strip():
+            message = "there is more behind the closing quote"
+            raise StoryError([Diagnostic("table", message, Span(source, at, after))])
+        at = after + 1
+        yield cells
+
+
+def _plain(cell: str) -> str:
+    return next(csv.reader(io.StringIO(cell)), [""])[0].strip() if cell[:1] == '"' else cell
+
+
+def _wrong_head(head: list[tuple[str, Span]], needs_question: bool) -> list[Diagnostic]:
+    names = [name for name, _ in head]
+    optional = {"frame"} | (set() if needs_question else {"question"})
+    problems = []
+    for name, span in head:
+        if names.count(name) > 1:
+            problems.append(Diagnostic("table", f"two columns are called `{shorten(name)}`", span))
+    for column in COLUMNS:
+        if column not in names and column not in optional:
+            hint = did_you_mean(column, names) if names else None
+            if column == "question":
+                hint = "or say what was asked with `--question EXPRESSION`"
+            message = f"there is no column `{column}`"
+            problems.append(Diagnostic("table", message, head[0][1].to(head[-1][1]), hint))
+    return problems
+
+
+@dataclass
+class _Reader:
+    """Reads rows; collects what is wrong with them."""
+
+    scale: float
+    question: str | None
+    choices: Mapping[str, Choice]
+    names: list[str]
+    problems: list[Diagnostic] = field(default_factory=list)
+
+    def judgement(self, cells: list[tuple[str, Span]]) -> Judgement | None:
+        """A row as a judgement; None, and a mistake, where it is none."""
+        before = len(self.problems)
+        if len(cells) != len(self.names):
+            message = f"there are {len(cells)} cells, and {len(self.names)} columns"
+            hint = "a cell with a comma in it stands in quotes"
+            self.problem(message, cells[0][1].to(cells[-1][1]), hint)
+            return None
+        row = dict(zip(self.names, cells, strict=True))
+        spans = {name: span for name, (_, span) in row.items()}
+        texts = {name: text for name, (text, _) in row.items()}
+        question = texts.get("question") or self.question or ""
+        spans.setdefault("question", cells[0][1])
+        spans.setdefault("frame", cells[0][1])
+        for column in ("participant", "script", "answer"):
+            if not texts[column]:
+                self.problem(f"`{column}` is empty", spans[column])
+        if not question:
+            self.problem("nothing was asked", spans["question"], "or give `--question EXPRESSION`")
+        frame = self.frame(texts.get("frame", LAST) or LAST, spans["frame"])
+        answer = self.answer(texts["answer"], question, spans["answer"])
+        if len(self.problems) > before:
+            return None
+        return Judgement(texts["participant"], texts["script"], frame, question, answer, spans)
+
+    def frame(self, text: str, span: Span) -> int | None:
+        if text == LAST:
+            return None
+        number = text.removesuffix(".0")
+        if not (number.isdecimal() and number.isascii() and len(number) < 10):
+            message = f"`{shorten(text)}` is no frame"
+            self.problem(message, span, f"a number from 0, or `{LAST}` for the whole script")
+            return None
+        return int(number)
+
+    def answer(self, text: str, question: str, span: Span) -> float | str:
+        if question in self.choices:
+            options = self.choices[question].options
+            if text not in options:
+                message = f"`{shorten(text)}` is none of the choices of `{shorten(question)}`"
+                self.problem(message, span, did_you_mean(text, options))
+            return text
+        try:
+            number = float(text) / self.scale
+        except ValueError:
+            number = math.nan
+        if not 0 <= number <= 1:
+            high = f"{self.scale:g}"
+            what = f"`{shorten(text)}` is no answer between 0 and {high}"
+            wide = not math.isnan(number) and self.scale == 1 and number <= 100
+            self.problem(what, span, "sliders from 0 to 100 need `--scale 100`" if wide else None)
+        return number
+
+    def problem(self, message: str, span: Span, hint: str | None = None) -> None:
+        self.problems.append(Diagnostic("table", message, span, hint))

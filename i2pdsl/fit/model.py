@@ -1,0 +1,304 @@
+"""How people answer: the audience's exact posterior inside a hierarchical model, in NumPyro.
+
+Everybody has the same kinds of parameters. With several people each parameter has a mean and a
+spread in the group, and everybody's own values are drawn from a normal distribution around it (in
+the parameter's unbounded scale; non-centred, as Papaspiliopoulos, Roberts and Skoeld 2007 advise,
+DOI 10.1214/088342307000000014).
+
+A viewer: how sharply choices are expected, forgetting, the prior over every latent's values. An
+answer: a viewer's probability p is placed on the slider at sigmoid(bias + slope logit p), which is
+linear in log odds (Gonzalez and Wu 1999, DOI 10.1006/cogp.1998.0710), with logistic noise of which
+what lies beyond the slider's ends falls on them, in steps of RESOLUTION; or, with the lapse's
+probability, anywhere. A choice among events is made with probabilities proportional to p ** slope.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import numpyro
+import numpyro.distributions as dist
+from jax.nn import log_sigmoid, logsumexp, sigmoid, softplus
+
+from i2pdsl.fit.viewers import Answers, Seen, Viewer
+
+Array = Any
+
+RESOLUTION = 0.01  # of a slider
+_SURE = 1e-6  # no viewer is surer
+_SD = np.pi / np.sqrt(3)  # of the standard logistic distribution
+
+
+class Scale(NamedTuple):
+    """A parameter: where its values lie, and what is thought of it before any answer: the mean and
+    the standard deviation of the group's mean, and the scale of the spread, in unbounded terms."""
+
+    bounded: Callable[[Array], Array]
+    mean: float
+    sd: float
+    spread: float
+
+
+def _share(x: Array) -> Array:
+    return sigmoid(x)
+
+
+def _same(x: Array) -> Array:
+    return x
+
+
+RESPONSE = {
+    "lapse": Scale(_share, -3.0, 1.0, 0.5),
+    "noise": Scale(jnp.exp, float(np.log(0.1)), 0.7, 0.3),
+    "bias": Scale(_same, 0.0, 0.5, 0.3),
+    "slope": Scale(jnp.exp, 0.0, 0.5, 0.3),
+}
+"""How people answer, whatever they believe."""
+
+VIEWER = {
+    "sharpness": Scale(jnp.exp, 0.0, 1.0, 0.5),
+    "forgetting": Scale(_share, -5.0, 2.0, 0.5),
+}
+WEIGHT = Scale(_same, 0.0, 1.0, 0.5)
+
+USUALLY_VARY = ("prior", "lapse", "noise", "bias")
+"""In what people differ unless somebody says otherwise: to let all differ in sharpness as well
+takes as many times as long as there are people."""
+
+
+class Predictor(Protocol):
+    """What is believed of each cell, from parameters with names."""
+
+    @property
+    def scales(self) -> dict[str, Scale]: ...
+
+    def __call__(self, seen: Any, values: dict[str, Array]) -> Array:
+        """[C], probabilities, from unbounded parameters."""
+
+
+@dataclass(frozen=True)
+class Latent:
+    """A latent whose prior is asked for.
+
+    Attributes:
+        values: their names.
+        one_hot: which hypothesis has which, [H, V]; of those in which it plays no part all 0.
+    """
+
+    name: str
+    values: tuple[str, ...]
+    one_hot: np.ndarray
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(f"prior[{self.name} = {value}]" for value in self.values)
+
+
+@dataclass(frozen=True)
+class Watching:
+    """Viewers: the audience of the product with parameters of its own.
+
+    Attributes:
+        answers: what a viewer answers to each of the cells.
+        latents: whose priors are fitted.
+        base: log P(H) that the weights change, [H].
+        fixed: parameters that are not fitted, with their (bounded) values.
+    """
+
+    answers: Answers
+    latents: tuple[Latent, ...]
+    base: np.ndarray
+    fixed: Mapping[str, float]
+
+    @property
+    def scales(self) -> dict[str, Scale]:
+        own = {name: scale for name, scale in VIEWER.items() if name not in self.fixed}
+        return own | {name: WEIGHT for latent in self.latents for name in latent.parameters}
+
+    def viewer(self, values: dict[str, Array]) -> Viewer:
+        """A viewer from unbounded parameters."""
+        found = {name: jnp.asarray(value, float) for name, value in self.fixed.items()}
+        found |= {name: VIEWER[name].bounded(values[name]) for name in VIEWER if name in values}
+        log_prior = jnp.asarray(self.base, float)
+        for latent in self.latents:
+            weights = jnp.stack([values[name] for name in latent.parameters])
+            log_prior = log_prior + jnp.asarray(latent.one_hot) @ (weights - weights.mean())
+        return Viewer(found["sharpness"], found["forgetting"], log_prior - logsumexp(log_prior))
+
+    def __call__(self, seen: Seen, values: dict[str, Array]) -> Array:
+        return self.answers(seen, self.viewer(values))
+
+
+@dataclass(frozen=True)
+class Cues:
+    """A baseline without any planning: the log odds of an answer are a weighted sum of what can be
+    counted in a film, [C, F] in units of its standard deviation."""
+
+    names: tuple[str, ...]
+
+    @property
+    def scales(self) -> dict[str, Scale]:
+        return {"cue[always]": WEIGHT} | {f"cue[{name}]": WEIGHT for name in self.names}
+
+    def __call__(self, seen: Array, values: dict[str, Array]) -> Array:
+        weights = jnp.stack([values[f"cue[{name}]"] for name in self.names])
+        return sigmoid(values["cue[always]"] + jnp.asarray(seen) @ weights)
+
+
+class Asked(NamedTuple):
+    """The rows of a table in arrays: R answers, C cells (a question about a script each).
+
+    Attributes:
+        person: [R], from 0.
+        cell: of a slider its cell, [R, 1]; with choices those of their options, [R, K].
+        options: how many options a choice has, [R]; 0 on a slider.
+        answer: [R], between 0 and 1; of a choice which option.
+    """
+
+    person: Array
+    cell: Array
+    options: Array
+    answer: Array
+
+
+@dataclass(frozen=True)
+class Model:
+    """How people answer.
+
+    Attributes:
+        predictor: what is believed.
+        people: how many there are.
+        fixed: parameters of answers that are not fitted, with their values.
+        varies: the parameters in which people differ; `prior` stands for all weights of latents'
+            values, and `cue` for those of cues.
+    """
+
+    predictor: Predictor
+    people: int
+    fixed: Mapping[str, float]
+    varies: tuple[str, ...] = USUALLY_VARY
+
+    @property
+    def scales(self) -> dict[str, Scale]:
+        """The parameters in their order, [D]."""
+        own = {name: scale for name, scale in RESPONSE.items() if name not in self.fixed}
+        return own | self.predictor.scales
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """In which of the parameters people differ."""
+        if self.people == 1:
+            return ()
+        return tuple(name for name in self.scales if name.partition("[")[0] in self.varies)
+
+    def told(
+        self, values: dict[str, Array], seen: Any, asked: Asked
+    ) -> tuple[Array, dict[str, Array]]:
+        """What people believe of each row's cells, [R, K], and how they answer, [R] each.
+
+        Args:
+            values: unbounded; of what differs among people [P], else a number.
+        """
+        inner = {name: values[name] for name in self.predictor.scales}
+        # What is the same for all is computed once.
+        axes = {name: 0 if name in self.differing else None for name in inner}
+        believed = lambda own: self.predictor(seen, own)
+        if any(axis == 0 for axis in axes.values()):
+            p = jax.vmap(believed, (axes,))(inner)[asked.person[:, None], asked.cell]
+        else:
+            p = believed(inner)[asked.cell]
+        own = {name: jnp.asarray(value, float) for name, value in self.fixed.items()}
+        for name in RESPONSE:
+            if name in values:
+                bounded = RESPONSE[name].bounded(values[name])
+                own[name] = bounded[asked.person] if jnp.ndim(bounded) else bounded
+        rows = len(asked.person)
+        return p, {name: jnp.broadcast_to(value, (rows,)) for name, value in own.items()}
+
+    def log_likelihoods(self, values: dict[str, Array], seen: Any, asked: Asked) -> Array:
+        """log P(answer) of each row, [R]."""
+        p, own = self.told(values, seen, asked)
+        slider = log_slider(asked.answer, p[:, 0], own)
+        if p.shape[1] == 1:
+            return slider
+        choice = log_choice(asked.answer.astype(int), p, asked.options, own)
+        return jnp.where(asked.options > 0, choice, slider)
+
+    def expected(self, values: dict[str, Array], seen: Any, asked: Asked) -> Array:
+        """The mean of each row's answer, [R]; of a choice the probability of the one made."""
+        p, own = self.told(values, seen, asked)
+        mean = slider_mean(p[:, 0], own)
+        if p.shape[1] == 1:
+            return mean
+        made = log_choice(asked.answer.astype(int), p, asked.options, own)
+        return jnp.where(asked.options > 0, jnp.exp(made), mean)
+
+    def by_node(self, values: dict[str, Array], nodes: Any, asked: Asked) -> Array:
+        """log P(all answers) under each way of planning, [N]; `nodes` are what is seen in each."""
+        every = lambda seen: self.log_likelihoods(values, seen, asked).sum()
+        return jax.lax.map(every, nodes)
+
+    def program(self, nodes: Any, asked: Asked) -> None:
+        """The model as NumPyro runs it; how the characters plan is summed out."""
+        values = self.drawn()
+        totals = self.by_node(values, nodes, asked)
+        numpyro.factor("answers", logsumexp(totals) - np.log(len(totals)))
+
+    def drawn(self) -> dict[str, Array]:
+        scales = self.scales
+        mean, sd = (np.array([scale[k] for scale in scales.values()]) for k in (1, 2))
+        sites = {"mean": numpyro.sample("mean", dist.Normal(mean, sd).to_event(1))}
+        if self.differing:
+            wide = np.array([scales[name].spread for name in self.differing])
+            sites["spread"] = numpyro.sample("spread", dist.HalfNormal(wide).to_event(1))
+            shape = (self.people, len(wide))
+            sites["own"] = numpyro.sample("own", dist.Normal(0.0, 1.0).expand(shape).to_event(2))
+        return self.values(sites)
+
+    def values(self, sites: Mapping[str, Array]) -> dict[str, Array]:
+        """Unbounded parameters from a draw of the model's sites: [P] of what differs, else a
+        number."""
+        found = {name: sites["mean"][number] for number, name in enumerate(self.scales)}
+        for number, name in enumerate(self.differing):
+            found[name] = found[name] + sites["spread"][number] * sites["own"][:, number]
+        return found
+
+
+def log_slider(answer: Array, p: Array, own: dict[str, Array]) -> Array:
+    """log of the probability of a slider's position."""
+    middle, width = placed(p, own), own["noise"] / _SD
+    half = RESOLUTION / 2
+    high, low = (answer + half - middle) / width, (answer - half - middle) / width
+    inside = log_sigmoid(high) + log_sigmoid(-low) + jnp.log(-jnp.expm1(low - high))
+    at = jnp.where(answer > 1 - half, log_sigmoid(-low), inside)
+    at = jnp.where(answer < half, log_sigmoid(high), at)
+    anywhere = jnp.log(own["lapse"]) + np.log(RESOLUTION / (1 + RESOLUTION))
+    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + at, anywhere)
+
+
+def slider_mean(p: Array, own: dict[str, Array]) -> Array:
+    """The mean of a slider's position."""
+    middle, width = placed(p, own), own["noise"] / _SD
+    mean = width * (softplus(middle / width) - softplus((middle - 1) / width))
+    return (1 - own["lapse"]) * mean + own["lapse"] / 2
+
+
+def placed(p: Array, own: dict[str, Array]) -> Array:
+    """Where a belief is placed on the slider."""
+    p = jnp.clip(p, _SURE, 1 - _SURE)
+    return sigmoid(own["bias"] + own["slope"] * (jnp.log(p) - jnp.log1p(-p)))
+
+
+def log_choice(chosen: Array, p: Array, options: Array, own: dict[str, Array]) -> Array:
+    """log of the probability of a choice among the first `options` of K events."""
+    there = jnp.arange(p.shape[1]) < jnp.maximum(options, 1)[:, None]
+    worth = own["slope"][:, None] * jnp.log(jnp.clip(p, _SURE, 1.0))
+    worth = jnp.where(there, worth, -jnp.inf)
+    made = jnp.take_along_axis(worth, chosen[:, None], 1)[:, 0] - logsumexp(worth, axis=1)
+    anywhere = jnp.log(own["lapse"]) - jnp.log(jnp.maximum(options, 1))
+    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + made, anywhere)

@@ -1,0 +1,368 @@
+"""What a fit says: estimates with intervals, whether the chains agree, how well people's answers
+are predicted, and the audience as a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from i2pdsl.answers import optional
+from i2pdsl.fit.fit import Fitted
+from i2pdsl.fit.model import RESPONSE, VIEWER, Watching, placed
+from i2pdsl.language.people import Person
+from i2pdsl.resources import atomic_path
+
+Array = Any
+
+AGREE = 1.05  # the largest R-hat of chains that agree
+ENOUGH = 50.0  # effective draws, at least, of each estimate
+INTERVAL = (5.0, 95.0)  # percent
+MOST = 200  # draws that predictions are made from
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of the group: posterior mean and 90 % interval, R-hat, effective draws."""
+
+    mean: float
+    low: float
+    high: float
+    rhat: float
+    ess: float
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A question about a script: how many were asked, the mean of their answers with a 90 %
+    interval by the bootstrap, and that of the model with the posterior's interval."""
+
+    script: str
+    question: str
+    frame: int
+    count: int
+    people: float
+    people_low: float
+    people_high: float
+    model: float
+    model_low: float
+    model_high: float
+
+
+class Report:
+    """A fit, looked at. Computed at its first use; call it while JAX may compute."""
+
+    def __init__(self, fitted: Fitted):
+        self.fitted = fitted
+
+    # Estimates.
+
+    @cached_property
+    def group(self) -> dict[str, np.ndarray]:
+        """The group's parameters as they are read, [chains, draws] each: bounded, and for each
+        latent the prior probability of its values."""
+        model, sites = self.fitted.model, self.fitted.draws.sites
+        found = {}
+        unbounded = {name: sites["mean"][..., i] for i, name in enumerate(model.scales)}
+        for name, values in unbounded.items():
+            if name in RESPONSE or name in VIEWER or name.startswith("cue["):
+                found[name] = np.asarray(model.scales[name].bounded(values))
+        watching = model.predictor
+        if isinstance(watching, Watching):
+            viewer = lambda values: watching.viewer(values).log_prior
+            log_prior = jax.vmap(jax.vmap(viewer))(unbounded)
+            for latent in watching.latents:
+                share = np.exp(np.asarray(log_prior)) @ latent.one_hot
+                share /= share.sum(-1, keepdims=True)
+                found |= {
+                    f"P({latent.name} = {v})": share[..., i] for i, v in enumerate(latent.values)
+                }
+        for number, name in enumerate(model.differing):
+            if name in model.scales:
+                found[f"spread[{name}]"] = sites["spread"][..., number]
+        return found
+
+    @cached_property
+    def estimates(self) -> dict[str, Estimate]:
+        arviz = optional("arviz", "fit")
+        found = {}
+        for name, draws in self.group.items():
+            low, high = np.percentile(draws, INTERVAL)
+            rhat, ess = arviz.rhat(draws), arviz.ess(draws)
+            figures = (draws.mean(), low, high, rhat, ess)
+            found[name] = Estimate(*map(float, figures))
+        return found | self._planning()
+
+    def _planning(self) -> dict[str, Estimate]:
+        """The settings of planning that were summed out: their posterior is that of the nodes."""
+        plans, weights = self.fitted.plans, self.plan_weights
+        found = {}
+        for name in dict(plans[0]):
+            values = np.array([dict(plan)[name] for plan in plans])
+            if len(set(values)) == 1:
+                continue
+            order = np.argsort(values)
+            share = np.cumsum(weights[order])
+            low, high = (float(values[order][np.searchsorted(share, q / 100)]) for q in INTERVAL)
+            count = float(self.fitted.draws.diverging.size)
+            found[name] = Estimate(float(weights @ values), low, high, 1.0, count)
+        return found
+
+    @property
+    def disagreements(self) -> list[str]:
+        """What shows that the chains did not converge; nothing if they did."""
+        told = []
+        for name, estimate in self.estimates.items():
+            if not estimate.rhat <= AGREE:
+                told.append(f"R-hat of {name} is {estimate.rhat:.3f}, above {AGREE:g}")
+            elif not estimate.ess >= ENOUGH:
+                told.append(f"{name} has {estimate.ess:.0f} effective draws, fewer than {ENOUGH:g}")
+        return told
+
+    # Predictions.
+
+    @cached_property
+    def some(self) -> list[dict[str, np.ndarray]]:
+        """Draws that are spread over all chains."""
+        sites = self.fitted.draws.sites
+        flat = {name: s.reshape(-1, *s.shape[2:]) for name, s in sites.items()}
+        total = len(flat["mean"])
+        chosen = np.unique(np.linspace(0, total - 1, min(total, MOST)).astype(int))
+        return [{name: s[i] for name, s in flat.items()} for i in chosen]
+
+    @cached_property
+    def _predicted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """For some draws the mean of each row's answer and its log-likelihood, [M, R], and the
+        probability of each way of planning, [M, N]."""
+        fitted = self.fitted
+        model, asked, nodes = fitted.model, fitted.study.asked, fitted.nodes
+
+        def one(sites: dict[str, Array]) -> tuple[Array, Array, Array]:
+            values = model.values(sites)
+            rows = lambda node: (
+                model.expected(values, node, asked),
+                model.log_likelihoods(values, node, asked),
+            )
+            means, logs = jax.lax.map(rows, nodes)  # [N, R]
+            weights = jax.nn.softmax(logs.sum(1))
+            return weights @ means, jax.nn.logsumexp(logs + jnp.log(weights)[:, None], 0), weights
+
+        stacked = {name: np.stack([draw[name] for draw in self.some]) for name in self.some[0]}
+        found = jax.jit(lambda draws: jax.lax.map(one, draws))(stacked)
+        means, logs, weights = map(np.asarray, found)
+        return means, logs, weights
+
+    @property
+    def plan_weights(self) -> np.ndarray:
+        """The posterior probability of each way of planning, [N]."""
+        weights: np.ndarray = self._predicted[2].mean(0)
+        return weights
+
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """The questions that were answered on a slider."""
+        study = self.fitted.study
+        means, asked, scale = self._predicted[0], study.asked, study.scale
+        generator = np.random.default_rng(0)
+        found = []
+        for number, (script, question, frame) in enumerate(study.labels):
+            rows = np.flatnonzero((asked.cell[:, 0] == number) & (asked.options == 0))
+            if not len(rows):
+                continue
+            answers = asked.answer[rows] * scale
+            again = generator.choice(answers, (2000, len(rows))).mean(1)
+            model = means[:, rows].mean(1) * scale
+            figures = (
+                answers.mean(),
+                *np.percentile(again, INTERVAL),
+                model.mean(),
+                *np.percentile(model, INTERVAL),
+            )
+            found.append(Cell(script, question, frame, len(rows), *map(float, figures)))
+        return tuple(found)
+
+    @property
+    def agreement(self) -> tuple[float, float]:
+        """r and RMSE of the model's means and people's, over the cells."""
+        people = np.array([cell.people for cell in self.cells])
+        model = np.array([cell.model for cell in self.cells])
+        return agreement(people, model)
+
+    @cached_property
+    def predictive(self) -> dict[str, float]:
+        """Posterior predictive checks: the share of answers within the model's 90 % intervals, and
+        the share of answers at an end of the slider, of people and of the model."""
+        study = self.fitted.study
+        generator = np.random.default_rng(0)
+        rows = np.flatnonzero(study.asked.options == 0)
+        if not len(rows):
+            return {}
+        drawn = np.stack([self._again(draw, generator)[rows] for draw in self.some])
+        low, high = np.percentile(drawn, INTERVAL, axis=0)
+        answers = study.asked.answer[rows]
+        inside = (answers >= low - 1e-9) & (answers <= high + 1e-9)
+        ends = lambda array: float(((array < 0.005) | (array > 0.995)).mean())
+        return {
+            "within_90": float(inside.mean()),
+            "at_ends_people": ends(answers),
+            "at_ends_model": ends(drawn),
+        }
+
+    def _again(self, sites: dict[str, np.ndarray], generator: np.random.Generator) -> np.ndarray:
+        """Answers as the model would give them, [R]."""
+        values = self.fitted.model.values(sites)
+        middle, own = (jax.tree.map(np.asarray, part) for part in self._placed(values))
+        noise = generator.logistic(size=len(middle)) * own["noise"] * np.sqrt(3) / np.pi
+        lapses = generator.random(len(middle)) < own["lapse"]
+        anywhere = generator.random(len(middle))
+        found: np.ndarray = np.where(lapses, anywhere, np.clip(middle + noise, 0, 1)).round(2)
+        return found
+
+    @cached_property
+    def _placed(self) -> Any:
+        """Where each row's belief is placed, and how its person answers; under the way of planning
+        that is likeliest."""
+        model, asked = self.fitted.model, self.fitted.study.asked
+        node = jax.tree.map(lambda part: part[int(self.plan_weights.argmax())], self.fitted.nodes)
+
+        def answering(values: dict[str, Array]) -> tuple[Array, dict[str, Array]]:
+            p, own = model.told(values, node, asked)
+            return placed(p[:, 0], own), own
+
+        return jax.jit(answering)
+
+    # Comparison.
+
+    @cached_property
+    def data(self) -> Any:
+        """Everything as an arviz.InferenceData: the group's parameters, people's own, and the
+        log-likelihood of each row."""
+        arviz = optional("arviz", "fit")
+        study, draws = self.fitted.study, self.fitted.draws
+        chains = draws.sites["mean"].shape[0]
+        own = {}
+        if "own" in draws.sites:
+            own["own"] = draws.sites["own"]
+        logs = self._predicted[1]
+        each = len(logs) // chains
+        logs = logs[: chains * each].reshape(chains, each, -1)
+        data = arviz.from_dict(
+            posterior={**self.group, **own},
+            observed_data={"answer": study.asked.answer},
+            sample_stats={"diverging": draws.diverging},
+            coords={"person": list(study.people), "parameter": list(self.fitted.model.differing)},
+            dims={"own": ["person", "parameter"]},
+        )
+        data.add_groups(log_likelihood=arviz.dict_to_dataset({"answer": logs}, coords={}, dims={}))
+        return data
+
+    def by_person(self) -> Any:
+        """As `data`, with one log-likelihood for each person: what would be seen of a new one
+        cannot be said from these, but who is not explained can."""
+        arviz = optional("arviz", "fit")
+        logs = self.data.log_likelihood["answer"].values
+        person = self.fitted.study.asked.person
+        summed = [logs[..., person == n].sum(-1) for n in range(len(self.fitted.study.people))]
+        data = self.data.copy()
+        del data.log_likelihood
+        dataset = arviz.dict_to_dataset({"answer": np.stack(summed, -1)}, coords={}, dims={})
+        data.add_groups(log_likelihood=dataset)
+        return data
+
+    @cached_property
+    def loo(self) -> dict[str, float]:
+        """Leave-one-out cross-validation by Pareto smoothing (Vehtari, Gelman and Gabry 2017, DOI
+        10.1007/s11222-016-9696-4) and WAIC, in nats: `loo`, its standard error, `p_loo`, `bad`,
+        the share of rows whose Pareto k is above .7, and `waic`."""
+        import warnings
+
+        arviz = optional("arviz", "fit")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            loo, waic = arviz.loo(self.data, pointwise=True), arviz.waic(self.data)
+        return {
+            "loo": float(loo.elpd_loo),
+            "se": float(loo.se),
+            "p_loo": float(loo.p_loo),
+            "bad": float((loo.pareto_k > 0.7).mean()),
+            "waic": float(waic.elpd_waic),
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """The document of `i2p fit --json`."""
+        r, rmse = self.agreement
+        return {
+            "estimates": {name: vars(each) for name, each in self.estimates.items()},
+            "r": r,
+            "rmse": rmse,
+            "loo": self.loo,
+            "predictive": self.predictive,
+            "divergences": int(self.fitted.draws.diverging.sum()),
+            "converged": not self.disagreements,
+            "finished": self.fitted.draws.finished,
+            "people": len(self.fitted.study.people),
+            "answers": len(self.fitted.study.asked.answer),
+            "cells": [vars(cell) for cell in self.cells],
+        }
+
+    # The audience.
+
+    def people(self, viewers: int) -> tuple[Person, ...]:
+        """The audience: one viewer where people do not differ in what they believe, else `viewers`
+        of them, each for as many people, who are ordered along the line in which they differ
+        most."""
+        watching = self.fitted.model.predictor
+        assert isinstance(watching, Watching), "cues believe nothing"
+        model, sites = self.fitted.model, self.fitted.draws.sites
+        mean = {name: s.mean((0, 1)) for name, s in sites.items()}
+        values = {n: np.asarray(v) for n, v in model.values(mean).items()}
+        settings = dict(self.fitted.plans[int(self.plan_weights.argmax())])
+        differ = [name for name in watching.scales if name in model.differing]
+        groups: list[np.ndarray] = [np.arange(len(self.fitted.study.people))]
+        if differ:
+            table = np.stack([values[name] for name in differ], axis=1)
+            centred = table - table.mean(0)
+            line = np.linalg.svd(centred, full_matrices=False)[2][0]
+            groups = np.array_split(np.argsort(centred @ line, kind="stable"), viewers)
+        found = []
+        for group in groups:
+            if not len(group):
+                continue
+            own = {
+                n: values[n][group].mean() if n in differ else values[n] for n in watching.scales
+            }
+            found.append(_person(watching, own, settings))
+        return tuple(found)
+
+    def save(self, path: Path) -> None:
+        """Writes what ArviZ reads, atomically."""
+        with atomic_path(path) as temporary:
+            self.data.to_netcdf(str(temporary), engine="h5netcdf")
+
+
+def _person(
+    watching: Watching, own: Mapping[str, np.ndarray], settings: Mapping[str, float]
+) -> Person:
+    viewer = watching.viewer({name: jnp.asarray(value, float) for name, value in own.items()})
+    prior = {
+        latent.name: {
+            value: float(np.exp(own[name] - np.mean([own[n] for n in latent.parameters])))
+            for value, name in zip(latent.values, latent.parameters, strict=True)
+        }
+        for latent in watching.latents
+    }
+    return Person(float(viewer.sharpness), float(viewer.forgetting), prior, settings)
+
+
+def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
+    """Pearson's r and the root of the mean squared difference."""
+    rmse = float(np.sqrt(np.mean((people - model) ** 2))) if len(people) else float("nan")
+    if len(people) < 2 or not people.std() or not model.std():
+        return float("nan"), rmse
+    return float(np.corrcoef(people, model)[0, 1]), rmse

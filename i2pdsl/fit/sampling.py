@@ -1,0 +1,125 @@
+"""Where a model's posterior is highest, and draws from it by NUTS (Hoffman and Gelman 2014,
+arXiv:1111.4246), in pieces, so that it can be watched and interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpyro.infer import NUTS, init_to_value
+
+from i2pdsl.fit.model import Asked, Model
+from i2pdsl.programs import LASTING
+from i2pdsl.search.minimise import minimise
+
+Array = Any
+Report = Callable[[int, int], None]
+
+PIECE = 20  # draws between two looks at the clock and the keyboard
+STEPS = 60  # of the minimiser
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Draws of every site of a model, [chains, draws, ...], and which of them diverged,
+    [chains, draws]; fewer than asked for where somebody interrupted."""
+
+    sites: dict[str, np.ndarray]
+    diverging: np.ndarray
+    finished: bool
+
+
+def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.ndarray:
+    """The group's means where their posterior is highest if all people are alike, [M, D]: of
+    several fits at once.
+
+    Args:
+        nodes: what is seen in each fit, [M, N, ...].
+        weights: of the rows in each, [M, R]; 0 for those that are left out.
+    """
+    mean, sd = (np.array([scale[k] for scale in model.scales.values()]) for k in (1, 2))
+
+    def one(fit: tuple[Any, Array]) -> Array:
+        seen, counted = fit
+
+        def loss(point: Array) -> tuple[Array, None]:
+            values = alike(model, point)
+            rows = lambda node: (model.log_likelihoods(values, node, asked) * counted).sum()
+            total = jax.nn.logsumexp(jax.lax.map(rows, seen))
+            return 0.5 * (((point - mean) / sd) ** 2).sum() - total, None
+
+        return minimise(loss, jnp.asarray(mean, float), "lbfgs", STEPS, 0.0, None)[0]
+
+    return np.asarray(jax.jit(lambda fits: jax.lax.map(one, fits))((nodes, jnp.asarray(weights))))
+
+
+def alike(model: Model, point: Array) -> dict[str, Array]:
+    """The parameters of people who do not differ, from the group's means [D]."""
+    values = dict(zip(model.scales, point, strict=True))
+    each = {name: jnp.broadcast_to(values[name], model.people) for name in model.differing}
+    return values | each
+
+
+def draw(
+    model: Model,
+    nodes: Any,
+    asked: Asked,
+    chains: int,
+    warmup: int,
+    draws: int,
+    seed: int,
+    report: Report | None = None,
+) -> Draws:
+    """Runs the chains side by side, from the mode. Ctrl-C ends it early with what was drawn.
+
+    Raises KeyboardInterrupt while the chains still find their way.
+    """
+    every = np.ones((1, len(asked.answer)))
+    (point,) = modes(model, jax.tree.map(lambda part: part[None], nodes), asked, every)
+    begin = {"mean": jnp.asarray(point, float)}
+    if model.differing:
+        begin["own"] = jnp.zeros((model.people, len(model.differing)))
+    kernel = NUTS(
+        model.program,
+        dense_mass=[("mean",)],
+        init_strategy=init_to_value(values=begin),
+        max_tree_depth=8,
+    )
+    warmup = -(-warmup // PIECE) * PIECE
+    keys = jax.random.split(jax.random.PRNGKey(seed), chains)
+    arguments = (nodes, asked)
+    state = kernel.init(keys, warmup, None, arguments, {})
+
+    def step(state: Any, _: Any) -> tuple[Any, tuple[Any, Array]]:
+        state = kernel.sample(state, arguments, {})
+        return state, (state.z, state.diverging)
+
+    several = jax.jit(lambda state: jax.lax.scan(step, state, None, PIECE))
+    run = several.lower(state).compile(compiler_options={"xla_backend_optimization_level": LASTING})
+    total, finished = warmup + draws, True
+    found: list[tuple[dict[str, np.ndarray], np.ndarray]] = []
+    try:
+        for done in range(0, total, PIECE):
+            state, (sites, diverging) = jax.block_until_ready(run(state))
+            if done >= warmup:
+                found.append((jax.tree.map(np.asarray, sites), np.asarray(diverging)))
+            if report is not None:
+                report(min(done + PIECE, total), total)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+        finished = False
+    places = kernel.postprocess_fn(arguments, {})
+    sites = jax.vmap(jax.vmap(places))(
+        {name: np.concatenate([s[name] for s, _ in found]) for name in found[0][0]}
+    )
+    by_chain = lambda array: np.moveaxis(np.asarray(array), 0, 1)
+    return Draws(
+        {name: by_chain(array) for name, array in sites.items()},
+        by_chain(np.concatenate([d for _, d in found])),
+        finished,
+    )

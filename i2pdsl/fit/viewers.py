@@ -1,0 +1,294 @@
+"""What viewers answer about scripts, as a differentiable function of what kind of viewers they are.
+
+The audience is the product's own: its likelihoods, its filter, its evaluation of expressions. Only
+what a viewer's parameters change is computed again: how sharply choices are expected, what is
+forgotten, and the prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from i2pdsl.audience.filter import update
+from i2pdsl.language import typed as ty
+from i2pdsl.objective.compile import Compiler, Params, evaluate_all, reduce_over_history
+from i2pdsl.objective.frame import Frame, View
+from i2pdsl.objective.replay import histories
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import World
+
+Array = Any
+
+_NONE = -1e9  # log of the probability of what does not exist
+
+
+class Viewer(NamedTuple):
+    """What kind of viewer somebody is.
+
+    Attributes:
+        sharpness: how much more strongly than in the world's file characters seem to prefer what
+            is best for them (World.with_audience).
+        forgetting: the share of belief that is reassigned after each observed action.
+        log_prior: log P(H) before anything moved, [H].
+    """
+
+    sharpness: Array
+    forgetting: Array
+    log_prior: Array
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A script that people were asked about, in a world made ready for a single viewer."""
+
+    world: World
+    path: Trajectory
+
+
+@dataclass(frozen=True)
+class Question:
+    """An expression about a script, after `frame` of its frames."""
+
+    script: int
+    value: ty.Typed
+    times: range | None
+    frame: int
+
+
+class Seen(NamedTuple):
+    """What is observed in S scripts, padded to T frames and A alternatives.
+
+    Attributes:
+        choices: log P(a | H) of all that could have been observed, [S, T, U, A, H]; where it is
+            not one of so many [S, T, U, 1, H], log P of it.
+        taken: which of them it was, [S, T, U].
+        observed: whether viewers learn anything from it, [S, T].
+    """
+
+    choices: Array
+    taken: Array
+    observed: Array
+
+
+def what_is_seen(watched: Sequence[Watched]) -> Seen:
+    """The evidence of scripts that have the same observations and hypotheses, in doubles."""
+    longest = max(1, *(len(each.path.actions) for each in watched))
+    found = []
+    for each in watched:
+        world, path = each.world, each.path
+        steps = (world.tables, path.states[:-1], path.actions, path.states[1:])
+        if len(path.actions) == 0:
+            still = (path.states, world.no_action(path.states), path.states)
+            steps = (world.tables, *still)
+        pairs = world.alternatives(*steps)
+        if not pairs:
+            rows = world.log_rows(*steps)
+            pairs = tuple((row[:, None], np.zeros(len(row), int)) for row in rows)
+        observed = np.broadcast_to(world.is_observed(steps[2]), len(steps[1]))
+        choices = np.stack([np.asarray(log[:, :, 0]) for log, _ in pairs], axis=1)
+        taken = np.stack([which for _, which in pairs], axis=1)
+        if len(path.actions) == 0:
+            observed = observed & False
+        found.append((choices, taken, observed))
+    most = max(choices.shape[2] for choices, _, _ in found)
+    padded = lambda array, sizes, value: np.pad(
+        array,
+        [(0, size - n) for size, n in zip(sizes, array.shape, strict=True)],
+        constant_values=value,
+    )
+    sizes = lambda array: (longest, *array.shape[1:])
+    return Seen(
+        np.stack([padded(c, (longest, c.shape[1], most, c.shape[3]), _NONE) for c, _, _ in found]),
+        np.stack([padded(w, sizes(w), 0) for _, w, _ in found]),
+        np.stack([padded(o, sizes(o), False) for _, _, o in found]),
+    )
+
+
+def log_likelihoods(seen: Seen, sharpness: Array) -> tuple[Array, Array]:
+    """log P(observation | H) for a viewer who expects choices to be so sharp, and that of the most
+    likely observation, [S, T, U, H] each.
+
+    Of alternatives that is softmax(sharpness * log P); what is alone in its place is a density
+    whose logarithm grows with it (World.rows_are_scaled).
+    """
+    powers = sharpness * seen.choices
+    if seen.choices.shape[3] > 1:
+        powers = powers - jax.nn.logsumexp(powers, axis=3, keepdims=True)
+    index = seen.taken[..., None, None]
+    return jnp.take_along_axis(powers, index, axis=3)[:, :, :, 0], powers.max(3)
+
+
+class History(NamedTuple):
+    """What a viewer makes of S scripts: log P(H | script[:t]) for all t, [S, T + 1, H]; then of
+    each observation, [S, T, U, H], the belief before it, its log-likelihood, and that of the most
+    likely one."""
+
+    belief: Array
+    before: Array
+    rows: Array
+    best: Array
+
+
+def watch(seen: Seen, viewer: Viewer) -> History:
+    """What a viewer believes, frame by frame (audience/filter.py)."""
+    rows, best = log_likelihoods(seen, viewer.sharpness)
+    forgetting = jnp.reshape(viewer.forgetting, (1,))
+    count, observations = rows.shape[0], rows.shape[2]
+    prior = jnp.broadcast_to(viewer.log_prior, (count, 1, rows.shape[-1]))
+
+    def frame(belief: Array, step: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+        row, observed = step  # [S, U, H], [S]
+        before = []
+        for u in range(observations):
+            before.append(belief[:, 0])
+            after = update(belief, row[:, u, None], forgetting)
+            belief = jnp.where(observed[:, None, None], after, belief)
+        return belief, (belief[:, 0], jnp.stack(before, axis=1))
+
+    steps = (jnp.moveaxis(rows, 1, 0), jnp.moveaxis(jnp.asarray(seen.observed), 1, 0))
+    _, (after, before) = jax.lax.scan(frame, prior, steps)
+    whole = jnp.concatenate([prior[:, None, 0], jnp.moveaxis(after, 0, 1)], axis=1)
+    return History(whole, jnp.moveaxis(before, 0, 1), rows, best)
+
+
+class Answers:
+    """The answers of a viewer to questions about scripts, as JAX computes them.
+
+    Questions that look at one frame alone, as `P(rho > 0 | script[:t])` does, are evaluated for all
+    scripts together; others (sums over frames, differences, appended turns) script by script.
+    """
+
+    def __init__(self, watched: Sequence[Watched], questions: Sequence[Question]):
+        self.watched, self.questions = watched, questions
+        self.tables = [jax.tree.map(jnp.asarray, each.world.tables) for each in watched]
+        self.together: dict[Hashable, list[int]] = {}
+        self.alone: list[int] = []
+        self.frames = [_only_frame(question) for question in questions]
+        for number, question in enumerate(questions):
+            if self.frames[number] is None:
+                self.alone.append(number)
+            else:
+                self.together.setdefault(self._alike(question), []).append(number)
+
+    def _alike(self, question: Question) -> Hashable:
+        """What questions share that are evaluated together: all but the script and the frame."""
+        world = self.watched[question.script].world
+        compiler = Compiler(world, 1)
+        compiler.build(question.value)
+        params = jax.tree.map(lambda a: (a.shape, a.tobytes()), compiler.params())
+        needs_state = any(isinstance(n, ty.ValueAt | ty.Feature) for n in ty.walk(question.value))
+        return tuple(compiler.shape), repr(params), id(world) if needs_state else None
+
+    def __call__(self, seen: Seen, viewer: Viewer) -> Array:
+        """[C], an answer to each question."""
+        history = watch(seen, viewer)
+        found = jnp.zeros(len(self.questions))
+        for numbers in self.together.values():
+            found = found.at[np.array(numbers)].set(self._answered_together(history, numbers))
+        scripts = {self.questions[number].script for number in self.alone}
+        frames = {script: self._frames(history, script) for script in scripts}
+        for number in self.alone:
+            question = self.questions[number]
+            found = found.at[number].set(self._answered(question, frames[question.script]))
+        return found
+
+    def _answered_together(self, history: History, numbers: list[int]) -> Array:
+        scripts = np.array([self.questions[n].script for n in numbers])
+        at = np.array([self.frames[n] for n in numbers])
+        first = self.questions[numbers[0]]
+        world = self.watched[first.script].world
+        # Nothing is observed in frame 0; there is none before it.
+        last = np.maximum(at - 1, 0)
+        there = jnp.asarray(at > 0)[:, None, None, None]
+        seen = lambda part: jnp.where(there, part[scripts, last][:, :, None], 0.0)
+        states = [self.watched[s].path.states for s in scripts]
+        frame = Frame(
+            number=jnp.asarray(at),
+            before=jnp.asarray(np.stack([s[t] for s, t in zip(states, last, strict=True)])),
+            action=jnp.zeros(len(at), int),  # nobody who is evaluated together asks for it
+            state=jnp.asarray(np.stack([s[t] for s, t in zip(states, at, strict=True)])),
+            previous=history.belief[scripts, last][:, None],
+            belief=history.belief[scripts, at][:, None],
+            expecting=seen(history.before),
+            log_rows=seen(history.rows),
+            regrets=seen(history.best - history.rows),
+        )
+        compiler = Compiler(world, 1)
+        closure = compiler.build(first.value)
+        scope = _FrameScope(world, self.tables[first.script], compiler.params(), frame)
+        return jnp.broadcast_to(jnp.asarray(closure(scope), float), (len(at),))
+
+    def _frames(self, history: History, number: int) -> Frame:
+        """A script's frames as a viewer sees them, with one observer."""
+        world, path = self.watched[number].world, self.watched[number].path
+        length = len(path.actions)
+        belief = history.belief[number, : length + 1, None]
+        # Nothing is observed in frame 0; what would be has its shape.
+        none = jnp.zeros((1, *history.rows.shape[2:]))
+        seen = lambda part: jnp.concatenate([none, part[number, :length]])[:, :, None]
+        states = jnp.asarray(path.states)
+        return Frame(
+            number=jnp.arange(length + 1),
+            before=jnp.concatenate([states[:1], states[:-1]]),
+            action=jnp.concatenate([world.no_action(states[:1]), jnp.asarray(path.actions)]),
+            state=states,
+            previous=jnp.concatenate([belief[:1], belief[:-1]]),
+            belief=belief,
+            expecting=seen(history.before),
+            log_rows=seen(history.rows),
+            regrets=seen(history.best - history.rows),
+        )
+
+    def _answered(self, question: Question, frames: Frame) -> Array:
+        world = self.watched[question.script].world
+        compiler = Compiler(world, len(frames.state) - 1)
+        compiler.on_reduction = reduce_over_history(compiler)
+        closure = compiler.build(question.value)
+        tables = self.tables[question.script]
+        turns = histories(world, tables, frames, question.value)
+        value = jnp.asarray(evaluate_all(compiler, closure, tables, turns, question.times), float)
+        if question.times is None or value.ndim == 0:
+            return value.reshape(())
+        every = jnp.broadcast_to(value, (len(question.times),))
+        return every[question.frame - question.times.start]
+
+
+_OF_A_FRAME = (
+    *(ty.Constant, ty.LatentValue, ty.Symbol, ty.PerHypothesis, ty.ValueAt),
+    *(ty.Apply, ty.Belief, ty.Given, ty.Moment),
+)
+
+
+def _only_frame(question: Question) -> int | None:
+    """The one frame that a question looks at; None where there are several, or it needs more."""
+    nodes = list(ty.walk(question.value))
+    moments = [node for node in nodes if isinstance(node, ty.Moment)]
+    if not moments or not all(isinstance(node, _OF_A_FRAME) for node in nodes):
+        return None
+    if any(moment.turns or moment.seen is not None for moment in moments):
+        return None
+    if all(moment.offset == 0 for moment in moments):
+        return question.frame
+    fixed = {moment.frames[0] for moment in moments if moment.first is None}
+    is_one = len(fixed) == 1 and all(moment.first is None for moment in moments)
+    return fixed.pop() if is_one else None
+
+
+class _FrameScope:
+    """Frames of several scripts side by side, each of which is all that is looked at."""
+
+    held = False
+    xp = jnp
+
+    def __init__(self, world: World, tables: Any, params: Params, frame: Frame):
+        self.world, self.tables, self.params, self.frame = world, tables, params, frame
+        self.t = self.count = frame.number
+
+    def view(self, moment: ty.Moment) -> View:
+        return View(self.frame.belief, self.frame.state, self.frame)

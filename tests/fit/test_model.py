@@ -1,0 +1,124 @@
+"""The model of answers against plain Python, and viewers against the product's own replay."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import i2pdsl
+from i2pdsl.computing import computing
+from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.worlds.ready import ready_world
+from i2pdsl.worlds.world import Viewer as SpecViewer
+from worlds_for_tests import with_small_world
+
+STORY = "world small\nlength {}\nmaximize depict(rho > 0)\n"
+QUESTIONS = (
+    "P(rho > 0 | script[:t])",
+    "E[rho | script[:t]]",
+    "P(rho > 0 | script[:T])",
+    "entropy(G_cheese | script[:t])",
+    "surprise(script[t])",
+    "E[V(robot) | script[:t]]",
+    "P(rho > 0 | script[:t]) - P(rho > 0 | script[:t-1])",
+    "mean_t P(rho < 0 | script[:t])",
+    "P(G_robot = pink | script[:t, cheese])",
+    "P(rho > 0 | script[:t]) * [at(robot, pink) @ script[t]]",
+)
+
+
+@pytest.fixture(scope="module")
+def scripts(tmp_path_factory: pytest.TempPathFactory) -> list[i2pdsl.Script]:
+    """Three scripts of two lengths."""
+    folder = with_small_world(tmp_path_factory.mktemp("fit"))
+    found = []
+    for number, length in enumerate((5, 3, 5)):
+        path = folder / f"{number}.story"
+        path.write_text(STORY.format(length))
+        found.append(i2pdsl.load(path).solve(seed=number, naive=True).script)
+    return found
+
+
+def test_viewers_answer_as_queries_do(scripts: list[i2pdsl.Script]) -> None:
+    """For three kinds of viewers, at all frames, whether evaluated together or alone."""
+    spec = scripts[0].world.spec
+    world = ready_world(spec, (SpecViewer(spec),))
+    with computing():
+        import jax
+
+        from i2pdsl.fit.viewers import Answers, Question, Viewer, Watched, what_is_seen
+
+        watched = [Watched(world, script.trajectory) for script in scripts]
+        cells, expected = [], []
+        tilt = np.linspace(-1, 1, len(world.vocabulary.hypotheses))
+        log_prior = tilt - np.log(np.exp(tilt).sum())
+        kinds = [(1.0, 1e-5), (0.4, 0.05), (3.0, 0.2)]
+        worlds = [world.with_audience(k, np.array([e]), log_prior[None]) for k, e in kinds]
+        for number, script in enumerate(scripts):
+            path = script.trajectory
+            seen = [replay(w, path.states, path.actions) for w in worlds]
+            for text in QUESTIONS:
+                query = script.check(text)
+                for frame in query.times or (script.length,):
+                    cells.append(Question(number, query.value, query.times, frame))
+                    place = None if query.times is None else frame - query.times.start
+                    values = [
+                        evaluate(w, f, query.value, query.times)
+                        for w, f in zip(worlds, seen, strict=True)
+                    ]
+                    expected.append(
+                        [float(v) if place is None else float(v[place]) for v in values]
+                    )
+        with jax.enable_x64(True):
+            answers = jax.jit(Answers(watched, cells).__call__)
+            seen_by_all = what_is_seen(watched)
+            found = [answers(seen_by_all, Viewer(k, e, log_prior)) for k, e in kinds]
+            np.testing.assert_allclose(np.stack(found, 1), expected, rtol=1e-9, atol=1e-9)
+
+
+def logistic(x: float) -> float:
+    return 1 / (1 + math.exp(-x))
+
+
+def chance(answer: float, p: float, own: dict[str, float]) -> float:
+    """The probability of a slider's position, as docs/fit.md has it."""
+    middle = logistic(own["bias"] + own["slope"] * math.log(p / (1 - p)))
+    width = own["noise"] * math.sqrt(3) / math.pi
+    below = lambda x: logistic((x - middle) / width)
+    high = 1.0 if answer > 0.995 else below(answer + 0.005)
+    low = 0.0 if answer < 0.005 else below(answer - 0.005)
+    return (1 - own["lapse"]) * (high - low) + own["lapse"] / 101
+
+
+def test_sliders_and_choices_against_plain_python() -> None:
+    with computing():
+        import jax
+        import jax.numpy as jnp
+
+        from i2pdsl.fit.model import log_choice, log_slider, slider_mean
+
+        with jax.enable_x64(True):
+            positions = [k / 100 for k in range(101)]
+            for p, lapse, noise, bias, slope in (
+                (0.3, 0.05, 0.1, 0.2, 1.0),
+                (0.999, 0.01, 0.3, -1.0, 0.5),
+                (0.02, 0.2, 0.05, 0.0, 2.0),
+            ):
+                own = {"lapse": lapse, "noise": noise, "bias": bias, "slope": slope}
+                arrays = {name: jnp.full(101, value) for name, value in own.items()}
+                logs = log_slider(jnp.array(positions), jnp.full(101, p), arrays)
+                plain = [chance(a, p, own) for a in positions]
+                np.testing.assert_allclose(np.exp(logs), plain, rtol=1e-9)
+                assert sum(plain) == pytest.approx(1, abs=1e-9)
+                mean = float(slider_mean(jnp.full(101, p), arrays)[0])
+                assert mean == pytest.approx(np.dot(plain, positions), abs=2e-4)
+            chosen = log_choice(
+                jnp.array([1, 0]),
+                jnp.array([[0.2, 0.7, 0.1], [0.5, 0.25, 0.5]]),
+                jnp.array([3, 2]),
+                {"slope": jnp.array([2.0, 1.0]), "lapse": jnp.array([0.1, 0.0])},
+            )
+            first = 0.9 * 0.49 / (0.04 + 0.49 + 0.01) + 0.1 / 3
+            np.testing.assert_allclose(np.exp(chosen), [first, 2 / 3], rtol=1e-6)
