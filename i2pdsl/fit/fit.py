@@ -220,9 +220,8 @@ def seen_under(study: Study, plan: Plan, watch: Watch | None = None) -> tuple[li
     """The scripts as viewers see them who think that characters plan in this way."""
     watched = []
     for script in study.scripts.values():
-        spec = script.world.spec
-        viewer = SpecViewer(spec.with_settings(dict(plan)))
-        watched.append(Watched(ready_world(spec, (viewer,), watch), script.trajectory))
+        spec = script.world.spec.with_settings(dict(plan))
+        watched.append(Watched(ready_world(spec, (SpecViewer(spec),), watch), script.trajectory))
     return watched, what_is_seen(watched)
 
 
@@ -232,13 +231,13 @@ def settings_of(
     """Of numbers that are given, the parameters of the model, and the settings of the world as
     viewers believe it works. Raises StoryError where a world has no such setting."""
     words, parameters, settings = study.words, {}, {}
-    known = {name: words.settings[name] for name in words.observer_settings}
+    known = {name: setting for name, setting in words.settings.items() if not setting.reshapes}
     for name, values in [*((n, [v]) for n, v in fixed.items()), *grid.items()]:
         if (name in VIEWER or name in RESPONSE) and name not in grid:
             parameters[name] = values[0]
             continue
         if name not in known:
-            message = f"there is no parameter and no setting of viewers `{name}`"
+            message = f"there is no parameter, and no setting of the world, called `{name}`"
             hint = did_you_mean(name, {*known, *VIEWER, *RESPONSE})
             raise error("setting", message, whole_file("fit"), hint)
         for value in values:

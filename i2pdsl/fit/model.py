@@ -6,10 +6,10 @@ the parameter's unbounded scale; non-centred, as Papaspiliopoulos, Roberts and S
 DOI 10.1214/088342307000000014).
 
 A viewer: how sharply choices are expected, forgetting, the prior over every latent's values. An
-answer: a viewer's probability p is placed on the slider at sigmoid(bias + slope logit p), which is
-linear in log odds (Gonzalez and Wu 1999, DOI 10.1006/cogp.1998.0710), with logistic noise of which
-what lies beyond the slider's ends falls on them, in steps of RESOLUTION; or, with the lapse's
-probability, anywhere. A choice among events is made with probabilities proportional to p ** slope.
+answer: a viewer's probability p is placed on the slider where the log odds are bias + slope logit p
+(linear in log odds: Gonzalez and Wu 1999, DOI 10.1006/cogp.1998.0710) plus logistic noise, so that
+people differ most where they are unsure, in steps of RESOLUTION; or, with the lapse's probability,
+anywhere. A choice among events is made with probabilities proportional to p ** slope.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpyro
 import numpyro.distributions as dist
-from jax.nn import log_sigmoid, logsumexp, sigmoid, softplus
+from jax.nn import log_sigmoid, logsumexp, sigmoid
 
 from i2pdsl.fit.viewers import Answers, Seen, Viewer
 
@@ -31,7 +31,7 @@ Array = Any
 
 RESOLUTION = 0.01  # of a slider
 _SURE = 1e-6  # no viewer is surer
-_SD = np.pi / np.sqrt(3)  # of the standard logistic distribution
+SD = np.pi / np.sqrt(3)  # of the standard logistic distribution
 
 
 class Scale(NamedTuple):
@@ -54,7 +54,7 @@ def _same(x: Array) -> Array:
 
 RESPONSE = {
     "lapse": Scale(_share, -3.0, 1.0, 0.5),
-    "noise": Scale(jnp.exp, float(np.log(0.1)), 0.7, 0.3),
+    "noise": Scale(jnp.exp, 0.0, 0.7, 0.3),
     "bias": Scale(_same, 0.0, 0.5, 0.3),
     "slope": Scale(jnp.exp, 0.0, 0.5, 0.3),
 }
@@ -271,9 +271,13 @@ class Model:
 
 def log_slider(answer: Array, p: Array, own: dict[str, Array]) -> Array:
     """log of the probability of a slider's position."""
-    middle, width = placed(p, own), own["noise"] / _SD
+    middle, width = placed(p, own), own["noise"] / SD
     half = RESOLUTION / 2
-    high, low = (answer + half - middle) / width, (answer - half - middle) / width
+    up, down = jnp.clip(answer + half, half, 1 - half), jnp.clip(answer - half, half, 1 - half)
+    # Of what lies beyond the ends there is no more than one side.
+    up = jnp.where(answer > 1 - half, down + half / 2, up)
+    down = jnp.where(answer < half, up - half / 2, down)
+    high, low = (_log_odds(up) - middle) / width, (_log_odds(down) - middle) / width
     inside = log_sigmoid(high) + log_sigmoid(-low) + jnp.log(-jnp.expm1(low - high))
     at = jnp.where(answer > 1 - half, log_sigmoid(-low), inside)
     at = jnp.where(answer < half, log_sigmoid(high), at)
@@ -283,15 +287,19 @@ def log_slider(answer: Array, p: Array, own: dict[str, Array]) -> Array:
 
 def slider_mean(p: Array, own: dict[str, Array]) -> Array:
     """The mean of a slider's position."""
-    middle, width = placed(p, own), own["noise"] / _SD
-    mean = width * (softplus(middle / width) - softplus((middle - 1) / width))
-    return (1 - own["lapse"]) * mean + own["lapse"] / 2
+    middle, width = placed(p, own), own["noise"] / SD
+    marks = np.arange(RESOLUTION / 2, 1, RESOLUTION)
+    above = sigmoid((middle[..., None] - _log_odds(marks)) / width[..., None]).sum(-1) * RESOLUTION
+    return (1 - own["lapse"]) * above + own["lapse"] / 2
 
 
 def placed(p: Array, own: dict[str, Array]) -> Array:
-    """Where a belief is placed on the slider."""
-    p = jnp.clip(p, _SURE, 1 - _SURE)
-    return sigmoid(own["bias"] + own["slope"] * (jnp.log(p) - jnp.log1p(-p)))
+    """Where a belief is placed on the slider, in log odds."""
+    return own["bias"] + own["slope"] * _log_odds(jnp.clip(p, _SURE, 1 - _SURE))
+
+
+def _log_odds(x: Array) -> Array:
+    return jnp.log(x) - jnp.log1p(-x)
 
 
 def log_choice(chosen: Array, p: Array, options: Array, own: dict[str, Array]) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 
 from i2pdsl.answers import optional
 from i2pdsl.fit.fit import Fitted
-from i2pdsl.fit.model import RESPONSE, VIEWER, Watching, placed
+from i2pdsl.fit.model import RESPONSE, SD, VIEWER, Watching, placed
 from i2pdsl.language.people import Person
 from i2pdsl.resources import atomic_path
 
@@ -218,10 +218,11 @@ class Report:
         """Answers as the model would give them, [R]."""
         values = self.fitted.model.values(sites)
         middle, own = (jax.tree.map(np.asarray, part) for part in self._placed(values))
-        noise = generator.logistic(size=len(middle)) * own["noise"] * np.sqrt(3) / np.pi
+        odds = middle + generator.logistic(size=len(middle)) * own["noise"] / SD
         lapses = generator.random(len(middle)) < own["lapse"]
         anywhere = generator.random(len(middle))
-        found: np.ndarray = np.where(lapses, anywhere, np.clip(middle + noise, 0, 1)).round(2)
+        answers = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
+        found: np.ndarray = np.where(lapses, anywhere, answers).round(2)
         return found
 
     @cached_property

@@ -91,23 +91,22 @@ def what_is_seen(watched: Sequence[Watched]) -> Seen:
             rows = world.log_rows(*steps)
             pairs = tuple((row[:, None], np.zeros(len(row), int)) for row in rows)
         observed = np.broadcast_to(world.is_observed(steps[2]), len(steps[1]))
-        choices = np.stack([np.asarray(log[:, :, 0]) for log, _ in pairs], axis=1)
-        taken = np.stack([which for _, which in pairs], axis=1)
         if len(path.actions) == 0:
             observed = observed & False
-        found.append((choices, taken, observed))
-    most = max(choices.shape[2] for choices, _, _ in found)
-    padded = lambda array, sizes, value: np.pad(
-        array,
-        [(0, size - n) for size, n in zip(sizes, array.shape, strict=True)],
-        constant_values=value,
-    )
-    sizes = lambda array: (longest, *array.shape[1:])
+        logs = [np.asarray(log[:, :, 0]) for log, _ in pairs]  # [T, A, H] each
+        found.append((logs, np.stack([which for _, which in pairs], axis=1), observed))
+    most = max(log.shape[1] for logs, _, _ in found for log in logs)
+    choices = [np.stack([_padded(x, 1, most, _NONE) for x in logs], 1) for logs, _, _ in found]
     return Seen(
-        np.stack([padded(c, (longest, c.shape[1], most, c.shape[3]), _NONE) for c, _, _ in found]),
-        np.stack([padded(w, sizes(w), 0) for _, w, _ in found]),
-        np.stack([padded(o, sizes(o), False) for _, _, o in found]),
+        np.stack([_padded(each, 0, longest, _NONE) for each in choices]),
+        np.stack([_padded(taken, 0, longest, 0) for _, taken, _ in found]),
+        np.stack([_padded(observed, 0, longest, False) for _, _, observed in found]),
     )
+
+
+def _padded(array: np.ndarray, axis: int, size: int, value: float) -> np.ndarray:
+    widths = [(0, size - n if i == axis else 0) for i, n in enumerate(array.shape)]
+    return np.pad(array, widths, constant_values=value)
 
 
 def log_likelihoods(seen: Seen, sharpness: Array) -> tuple[Array, Array]:

@@ -84,9 +84,9 @@ def logistic(x: float) -> float:
 
 def chance(answer: float, p: float, own: dict[str, float]) -> float:
     """The probability of a slider's position, as docs/fit.md has it."""
-    middle = logistic(own["bias"] + own["slope"] * math.log(p / (1 - p)))
+    middle = own["bias"] + own["slope"] * math.log(p / (1 - p))
     width = own["noise"] * math.sqrt(3) / math.pi
-    below = lambda x: logistic((x - middle) / width)
+    below = lambda x: logistic((math.log(x / (1 - x)) - middle) / width)
     high = 1.0 if answer > 0.995 else below(answer + 0.005)
     low = 0.0 if answer < 0.005 else below(answer - 0.005)
     return (1 - own["lapse"]) * (high - low) + own["lapse"] / 101
@@ -102,9 +102,9 @@ def test_sliders_and_choices_against_plain_python() -> None:
         with jax.enable_x64(True):
             positions = [k / 100 for k in range(101)]
             for p, lapse, noise, bias, slope in (
-                (0.3, 0.05, 0.1, 0.2, 1.0),
-                (0.999, 0.01, 0.3, -1.0, 0.5),
-                (0.02, 0.2, 0.05, 0.0, 2.0),
+                (0.3, 0.05, 0.7, 0.2, 1.0),
+                (0.999, 0.01, 2.0, -1.0, 0.5),
+                (0.02, 0.2, 0.4, 0.0, 2.0),
             ):
                 own = {"lapse": lapse, "noise": noise, "bias": bias, "slope": slope}
                 arrays = {name: jnp.full(101, value) for name, value in own.items()}
@@ -112,8 +112,17 @@ def test_sliders_and_choices_against_plain_python() -> None:
                 plain = [chance(a, p, own) for a in positions]
                 np.testing.assert_allclose(np.exp(logs), plain, rtol=1e-9)
                 assert sum(plain) == pytest.approx(1, abs=1e-9)
+                places = jnp.array(positions)
+                total = lambda own, p=p, places=places: log_slider(places, p, own).sum()
+                slopes = jax.grad(total)(arrays)
+                step = 1e-6
+                for name in own:
+                    moved = {**own, name: own[name] + step}
+                    rise = sum(math.log(chance(a, p, moved)) for a in positions)
+                    rise -= sum(map(math.log, plain))
+                    assert float(slopes[name].sum()) == pytest.approx(rise / step, rel=1e-3)
                 mean = float(slider_mean(jnp.full(101, p), arrays)[0])
-                assert mean == pytest.approx(np.dot(plain, positions), abs=2e-4)
+                assert mean == pytest.approx(np.dot(plain, positions), abs=1e-9)
             chosen = log_choice(
                 jnp.array([1, 0]),
                 jnp.array([[0.2, 0.7, 0.1], [0.5, 0.25, 0.5]]),
