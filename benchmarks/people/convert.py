@@ -64,11 +64,14 @@ rewards
     stay = {stay:g}
 planning
     order = together
-    horizon = {steps}
+    horizon = {horizon:g}
     gamma = {gamma:g}
     beta = {beta:g}
 """
-NUMBERS = {"goal": 1.0, "end": 5.0, "move": -0.5, "stay": -0.1, "gamma": 0.99, "beta": 2.0}
+NUMBERS = {
+    **{"goal": 1.0, "end": 5.0, "move": -0.5, "stay": -0.1},
+    **{"gamma": 0.99, "beta": 2.0, "horizon": STEPS},
+}
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,7 @@ def world_text(trial: dict[str, Any], drawn: Map, **numbers: float) -> str:
         numbers: some of NUMBERS to be replaced.
     """
     shown = drawn.drawn(tuple(trial["red_start"]), tuple(trial["blue_start"]))
-    return WORLD.format(number=trial["num"], map=shown, steps=STEPS, **(NUMBERS | numbers))
+    return WORLD.format(number=trial["num"], map=shown, **(NUMBERS | numbers))
 
 
 def convert(data: Path, folder: Path, **numbers: float) -> list[Path]:
