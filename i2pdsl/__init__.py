@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
     from i2pdsl.errors import Diagnostic, StoryError
     from i2pdsl.pipeline import Answer, Result, Script, Story, load
+    from i2pdsl.questions import query
 
 __version__ = "0.1.0"
-__all__ = ["Answer", "Diagnostic", "Result", "Script", "Story", "StoryError", "load"]
+__all__ = ["Answer", "Diagnostic", "Result", "Script", "Story", "StoryError", "load", "query"]
 
-_ERRORS = ("Diagnostic", "StoryError")
+_PLACES = {"Diagnostic": "errors", "StoryError": "errors", "query": "questions"}
 
 
 def __getattr__(name: str) -> Any:
@@ -32,8 +33,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib
 
-    module = "i2pdsl.errors" if name in _ERRORS else "i2pdsl.pipeline"
-    return getattr(importlib.import_module(module), name)
+    module = importlib.import_module(f"i2pdsl.{_PLACES.get(name, 'pipeline')}")
+    return getattr(module, name)
 
 
 def _show() -> None:

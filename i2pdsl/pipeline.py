@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
+
+import numpy as np
 
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import read_source
+from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
-from i2pdsl.scripts import Answer, Script, script_from
+from i2pdsl.sampling import Samples, sample
+from i2pdsl.scripts import Answer, Script, script_from, script_of_positions
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
 from i2pdsl.search.wishes import wishes_of
@@ -26,6 +30,9 @@ from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Kept, runs_of
 from i2pdsl.worlds.world import Viewer, World
+
+Value = float | str | Iterable[float]
+"""A setting in Python."""
 
 __all__ = ["Answer", "Result", "Script", "Story", "load", "script_from", "story_from"]
 
@@ -48,15 +55,29 @@ def story_from(
     `settings` are (name, value) pairs that replace values of the text (`i2p run --set`).
     """
     if settings:
-        words = story_from(source, folder).typed.vocabulary
-        for name, value in settings:
-            source = override(source, name, value, tuple(words.settings), words.search)
+        source = overridden(source, settings, story_from(source, folder).typed.vocabulary)
     checked = check_source(source, find_vocabulary, folder)
     if isinstance(checked, Library):
         message = "this is a library of patterns, not a story"
         hint = "a story needs `world`, `length` and `maximize`"
         raise error("library", message, whole_file(source.name), hint)
     return Story(checked, folder)
+
+
+def overridden(source: Source, settings: Iterable[tuple[str, str]], words: Vocabulary) -> Source:
+    """A story's text with some of its values replaced. Raises StoryError."""
+    for name, value in settings:
+        source = override(source, name, value, tuple(words.settings), words.search)
+    return source
+
+
+def in_language(value: Value) -> str:
+    """A setting that was given in Python, as a story has it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Iterable):
+        return f"{{{', '.join(map(in_language, value))}}}"
+    return repr(value.item() if isinstance(value, np.generic) else value)
 
 
 @dataclass(frozen=True)
@@ -74,6 +95,40 @@ class Story(Shown):
     folder: Path | None = None
     known: Spec | None = None
     kept: Kept | None = None
+
+    @staticmethod
+    def from_text(text: str, folder: Path | str | None = None, **settings: Value) -> Story:
+        """A story from its text; imports and worlds are looked for in `folder`.
+
+        `settings` replace values of the text, as with `with_`.
+
+        >>> Story.from_text("world maze\\nlength 6\\nmaximize depict(rho > 0)", beta=1)
+
+        Raises StoryError with every mistake.
+        """
+        given = [(name, in_language(value)) for name, value in settings.items()]
+        return story_from(Source("story", text), None if folder is None else Path(folder), given)
+
+    def with_(self, **settings: Value) -> Story:
+        """The story with other values: what `i2p run --set` can replace (language.md, "Setting
+        values from outside").
+
+        Numbers are numbers, sets of them any collection, and a text is what would be written.
+
+        >>> story.with_(length=20, beta=1, friend="rho > 0", rationality=0.5)
+
+        Raises StoryError for a name that the story does not have, and a value that it cannot take.
+        """
+        given = ((name, in_language(value)) for name, value in settings.items())
+        return self._retold(overridden(self.typed.source, given, self.typed.vocabulary))
+
+    def _retold(self, source: Source) -> Story:
+        """The same with another text, in the same world. Raises StoryError."""
+        words = self.typed.vocabulary
+        find = find_vocabulary if self.known is None else lambda *_: words
+        checked = check_source(source, find, self.folder)
+        assert isinstance(checked, TypedStory)
+        return replace(self, typed=checked)
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -138,12 +193,14 @@ class Story(Shown):
             for line in kind.kept(script.world, script.trajectory, first, last)
         ]
         source = self.typed.source
-        longer = Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""]))
-        words = self.typed.vocabulary
-        find = find_vocabulary if self.known is None else lambda *_: words
-        checked = check_source(longer, find, self.folder)
-        assert isinstance(checked, TypedStory)
-        return replace(self, typed=checked)
+        return self._retold(Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""])))
+
+    def script_from_positions(self, table: Any, watch: Watch | None = None) -> Script:
+        """What this story's audience sees in a table of positions (`Script.from_positions`): a
+        script of its world, with its names. Raises StoryError."""
+        told = self.typed
+        about = {"name": told.name, "file": told.source.name, "source": told.source.text}
+        return script_of_positions(self.spec, table, about, dict(told.settings), watch)
 
     def solve(
         self,
@@ -193,6 +250,26 @@ class Story(Shown):
         else:
             scripts, judgements, finished = chosen(task, *given)
         return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
+
+    def sample(
+        self,
+        n: int = 1,
+        given: str | None = None,
+        seed: int = 0,
+        assume: str | None = None,
+        watch: Watch | None = None,
+    ) -> Samples:
+        """Scripts of characters who act under hypotheses drawn from the audience's prior
+        (sampling.py). `given` is a condition on them; `assume` replaces the story's assumption,
+        and 'nothing' drops it.
+
+        >>> story.sample(1000, given="rho = 3 and G_cheese = pink", seed=0).confusion("rho").counts
+
+        Raises StoryError; ValueError for a negative seed or fewer than one script.
+        """
+        if seed < 0 or n < 1:
+            raise ValueError("a seed is at least 0, and there is at least one script")
+        return sample(self.typed, self.world(watch), n, seed, given, assume)
 
     def wishes(
         self, script: Script, seed: int = 0, naive: bool = False, watch: Watch | None = None

@@ -123,6 +123,14 @@ class Bars:
         """One more story's search is compiled."""
         self._count("compiling", done, total)
 
+    def sweeping(self, done: int, total: int) -> None:
+        """One more job of a sweep is done."""
+        self._count("jobs", done, total)
+
+    def saving(self, done: int, total: int) -> None:
+        """One more script is written."""
+        self._count("writing", done, total)
+
     def _count(self, name: str, done: int, total: int) -> None:
         if self.shown:
             bar = self._show(name, total)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,23 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.answers import Answer
-from i2pdsl.errors import (
-    Diagnostic,
-    Source,
-    StoryError,
-    did_you_mean,
-    error,
-    shorten,
-    whole_file,
-)
+from i2pdsl.errors import Diagnostic, Source, error, shorten, whole_file
 from i2pdsl.language import typed as ty
-from i2pdsl.language.check import (
-    TypedQuery,
-    TypedStory,
-    check_query,
-    check_source,
-    default_assumption,
-)
+from i2pdsl.language.check import TypedQuery, TypedStory, check_query
+from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import USUAL, Audience, Requirement
 from i2pdsl.language.vocabulary import UNKNOWN
@@ -37,14 +23,14 @@ from i2pdsl.objective.requirements import unmet
 from i2pdsl.objective.subjects import Subject, subjects_of
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
-from i2pdsl.untrusted import is_plain_name, plain_name
-from i2pdsl.worlds.drawings import within
+from i2pdsl.stored import stored
 from i2pdsl.worlds.find import find_spec, vocabulary_of
 from i2pdsl.worlds.kind import Spec, Watch
-from i2pdsl.worlds.kinds import kind_of, parse_world
+from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.positions import read_positions
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Record, Trajectory, extended, read_record
-from i2pdsl.worlds.world import Viewer, World
+from i2pdsl.worlds.world import World
 
 if TYPE_CHECKING:
     import pandas
@@ -110,6 +96,26 @@ class Script(Shown):
         """
         return script_from(read_record(path), Path(path).parent, watch)
 
+    @staticmethod
+    def from_positions(
+        world: str, table: Any, folder: Path | str | None = None, watch: Watch | None = None
+    ) -> Script:
+        """A script from a table of who was where in which frame (docs/python.md, "Positions").
+
+        >>> script = Script.from_positions("kitchen", "tracked.csv")
+
+        Args:
+            world: its name, or the path of its file, looked for in `folder`.
+            table: the path of a CSV file with the columns who, frame, x, y and maybe action;
+                such columns, of a DataFrame, a record array or a dict; or rows as dicts.
+
+        Raises StoryError, naming the frame and who, where the world does not allow it.
+        """
+        spec = find_spec(world, None if folder is None else Path(folder))
+        if spec is None:
+            raise error("no-world", f"there is no world `{shorten(world)}`", whole_file("table"))
+        return script_of_positions(spec, table, {}, {}, watch)
+
     def audience_of(self, viewers: ty.Viewers | None) -> Audience:
         """The audience of some of its observers; without them the one that needs no name."""
         return next((a for a in self.audiences if a.viewers == viewers), self.audiences[0])
@@ -147,7 +153,24 @@ class Script(Shown):
             self.audiences,
         )
 
-    def query(self, expression: str, assume: str | None = None) -> np.ndarray:
+    def seen_by(self, audience: str, watch: Watch | None = None) -> Script:
+        """The script as other viewers see it: those of `audience` in the place of the story's.
+        Audiences of the story that have names keep them, and may be meant by their names.
+
+        >>> script.seen_by("bayesian(given = G_robot = pink)").query("P(rho > 0 | script[:t])")
+
+        Raises StoryError.
+        """
+        words, source = self.world.vocabulary, Source("audience", audience)
+        found = check_audience(source, words, self.module, self.audiences)
+        observers = tuple(observer for each in found for observer in each.observers)
+        world = ready_world(self.world.spec, viewers_of(self.world.spec, observers), watch)
+        frames = replay(world, self.trajectory.states, self.trajectory.actions)
+        return replace(self, world=world, frames=frames, audiences=found)
+
+    def query(
+        self, expression: str, assume: str | None = None, audience: str | None = None
+    ) -> np.ndarray:
         """Asks a question of the audience (language.md, "Queries").
 
         A number (an array without axes) where the expression has no free t; an array over t
@@ -160,20 +183,38 @@ class Script(Shown):
         >>> script.query("P(G_robot, rho | script[:t])")     # [T + 1, values + 1, values + 1]
         >>> script.query("next(robot | script[:t])")         # [T + 1, actions]
         >>> script.query("P(R_robot | script[:T])", assume="nothing")
+        >>> script.query("P(rho > 0 | script[:t])", audience="bayesian(beta = 1)")
 
         Raises StoryError.
         """
-        return np.asarray(self.ask(expression, assume).value)
+        return np.asarray(self.ask(expression, assume, audience).value)
 
-    def ask(self, expression: str, assume: str | None = None) -> Answer:
+    def ask(
+        self, expression: str, assume: str | None = None, audience: str | None = None
+    ) -> Answer:
         """As `query`, with the frames and the names of the values.
 
         >>> script.ask("P(G_robot | script[:t])").to_pandas()
 
         Raises StoryError.
         """
+        if audience is not None:
+            return self.seen_by(audience).ask(expression, assume)
         query = self.check(expression, assume)
         return replace(self.answer(query), expression=" ".join(expression.split()))
+
+    def evidence(self, assume: str | None = None, audience: str | None = None) -> float:
+        """The script's log marginal likelihood, log P(script[:T] | assumption) in nats: the sum of
+        log predictive probabilities of all actions (chance and events count nothing), as
+        `-sum_t surprise(script[t])` has it. The difference between two audiences is the log of
+        their Bayes factor. Of several viewers it is the mean; where bodies move in one step (the
+        hill) it is known up to a constant for each frame.
+
+        >>> script.evidence(audience="bayesian(beta = 1)") - script.evidence()
+
+        Raises StoryError.
+        """
+        return -float(self.query("sum_t surprise(script[t])", assume, audience))
 
     def answer(self, query: TypedQuery) -> Answer:
         """Evaluates a checked query."""
@@ -247,12 +288,34 @@ def make_record(
     score: float | None,
 ) -> Record:
     """A script file's content from a script in the world's numbers."""
-    about = {"name": world.name, "source": world.spec.source or None, "settings": settings}
-    kind = kind_of(world.spec)
-    if drawings := kind.drawings(world.spec):
-        about["drawings"] = dict(drawings)
+    kind, about = kind_of(world.spec), _about(world.spec, settings)
     start = kind.start_as_json(world, path.start)
     return Record(story, about, score, start, kind.frames_as_json(world, path))
+
+
+def _about(spec: Spec, settings: dict[str, Any]) -> dict[str, Any]:
+    """What a script's file says of its world."""
+    about = {"name": spec.name, "source": spec.source or None, "settings": settings}
+    drawings = kind_of(spec).drawings(spec)
+    return {**about, "drawings": dict(drawings)} if drawings else about
+
+
+def script_of_positions(
+    spec: Spec,
+    table: Any,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    watch: Watch | None = None,
+) -> Script:
+    """A script of a world, with its settings, from a table of positions. Raises StoryError.
+
+    `about` is what its file says of a story.
+    """
+    positions, kind = read_positions(table, vocabulary_of(spec)), kind_of(spec)
+    told = kind.inferred(kind.rules(spec), positions)
+    record = Record(about, _about(spec, settings), None, told.start, told.frames)
+    script = script_from(record, None, watch)
+    return replace(script, warnings=(*script.warnings, *told.warnings))
 
 
 def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
@@ -322,97 +385,23 @@ def story_windows(story: TypedStory, length: int) -> tuple[tuple[int, int, str],
 
 def script_from(record: Record, folder: Path | None, watch: Watch | None = None) -> Script:
     """A script from the content of its file, held against its world's rules."""
-    spec = _stored_world(record, folder)
-    story, warnings = _stored_story(record, spec, folder)
-    viewers = viewers_of(spec, story.observers) if story else (Viewer(spec),)
-    kind = kind_of(spec)
-    path = kind.read(kind.rules(spec), record)  # before planning, which may take long
-    world = ready_world(spec, viewers, watch)
-    story = story.of_length(len(path.actions)) if story else None
-    module = story.module if story else Module(Source("script", ""))
-    assumption = story.assumption if story else default_assumption(world.vocabulary)
+    told = stored(record, folder)
+    path = told.read(record)  # before planning, which may take long
+    world = ready_world(told.spec, told.viewers, watch)
+    told = told.of_length(len(path.actions))
+    story = told.story
     frames = replay(world, path.states, path.actions)
-    turns = appended_turns(story) if story else ()
-    windows = story_windows(story, len(path.actions)) if story else ()
-    missed = unmet(story, world, frames) if story else ()
-    subjects = subjects_of(story) if story else ()
     return Script(
         record,
         world,
         path,
-        module,
-        assumption,
+        told.module,
+        told.assumption,
         frames,
-        warnings,
-        turns,
-        windows,
-        missed,
-        subjects,
-        audiences=story.audiences if story else (USUAL,),
+        told.warnings,
+        appended_turns(story) if story else (),
+        story_windows(story, len(path.actions)) if story else (),
+        unmet(story, world, frames) if story else (),
+        subjects_of(story) if story else (),
+        audiences=told.audiences,
     )
-
-
-def _stored_world(record: Record, folder: Path | None) -> Spec:
-    """The world of a script, with its settings. Raises StoryError."""
-    name, text = record.world["name"], record.world["source"]
-    where = whole_file(record.where)
-    spec: Spec | None = None
-    if text:
-        known_as = plain_name(name)
-        spec = parse_world(
-            Source(f"{known_as}.world", text), known_as, within(record.world.get("drawings", {}))
-        )
-    elif is_plain_name(name):
-        spec = find_spec(name, folder)
-    if spec is None:
-        raise error("no-world", f"there is no world `{shorten(name)}`", where)
-    known = vocabulary_of(spec).settings
-    settings: dict[str, Any] = {}
-    for key, value in record.world["settings"].items():
-        if key not in known:
-            message = f"world {spec.name} has no setting `{shorten(key)}`"
-            raise error("script", message, where, did_you_mean(key, known))
-        if not known[key].holds(value):
-            message = f"the setting `{key}` cannot be {shorten(json.dumps(value))}"
-            raise error("script", message, where, f"it can be: {known[key].possible}")
-        settings[key] = _plain(value)
-    return spec.with_settings(settings)
-
-
-def _plain(value: Any) -> Any:
-    """A setting as stories have it: floats for numbers, so that equal worlds are equal."""
-    if isinstance(value, list):
-        return tuple(float(x) for x in value)
-    return value if isinstance(value, str) else float(value)
-
-
-def _stored_story(
-    record: Record, spec: Spec, folder: Path | None
-) -> tuple[TypedStory | None, tuple[Diagnostic, ...]]:
-    """The story that a script was made from, if its text is there and understood.
-
-    It is read against the script's own world, whatever has become of the .world file since. What
-    is said of the story is never an error: it informs. But whoever asks about the script misses
-    its names, its assumption and its audience, so a text that is not understood is warned about.
-    """
-    text, file = record.text, record.story.get("file")
-    if not text.strip():
-        return None, ()
-    name = file if isinstance(file, str) and file else "story"
-    try:
-        place = Path(name).parent if Path(name).is_file() else folder
-    except (OSError, ValueError):  # a name that no file can have
-        place = folder
-    vocabulary = vocabulary_of(spec)
-    try:
-        checked = check_source(Source(name, text), lambda *_: vocabulary, place)
-    except StoryError as problem:
-        reason = problem.diagnostics[0].message
-    else:
-        if isinstance(checked, TypedStory):
-            return checked, ()
-        reason = "it is a library"
-    message = f"the story stored in the script is not understood: {reason}"
-    hint = "its names, its assumption and its audience are not used"
-    where = whole_file(record.where)
-    return None, (Diagnostic("stored-story", message, where, hint, severity="warning"),)

@@ -1,8 +1,10 @@
-"""Beliefs and frames as tables of pandas, which is optional."""
+"""Tables: of beliefs and frames for pandas, which is optional, and as CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.answers import FRAMES, Answer, optional
@@ -63,3 +65,12 @@ def frame_table(
             answer = ask(f"[{predicate.name}({who}) @ script[t]]")
             table[f"{who}_{predicate.name}"] = answer.to_pandas()
     return table
+
+
+def as_csv(columns: Mapping[str, Sequence[Any]]) -> str:
+    """A table as CSV, with its heads."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return text.getvalue()

@@ -69,8 +69,13 @@ planning
     beta = {beta:g}
 """
 NUMBERS = {
-    **{"goal": 1.0, "end": 5.0, "move": -0.5, "stay": -0.1},
-    **{"gamma": 0.99, "beta": 2.0, "horizon": STEPS},
+    "goal": 1.0,
+    "end": 5.0,
+    "move": -0.5,
+    "stay": -0.1,
+    "gamma": 0.99,
+    "beta": 2.0,
+    "horizon": STEPS,
 }
 
 

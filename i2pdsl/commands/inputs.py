@@ -66,6 +66,27 @@ def script_or_story(path: str, seed: int) -> tuple[Script, int]:
     return found.script, DONE if found.finished else INTERRUPTED
 
 
+def script_files(path: str) -> list[Path]:
+    """The file itself, or all scripts of a folder and those in it, but hidden ones."""
+    from i2pdsl.worlds.record import FORMAT
+
+    place = Path(path)
+    if not place.is_dir():
+        return [place]
+    found = []
+    for folder, inner, names in os.walk(place):
+        inner[:] = [name for name in inner if not name.startswith(".")]
+        for name in names:
+            file = Path(folder, name)
+            if file.suffix == ".json" and not name.startswith("."):
+                with open(file, encoding="utf-8", errors="replace") as opened:
+                    if FORMAT in opened.read(200):  # other programs' files lie there, too
+                        found.append(file)
+    if not found:
+        raise error("no-file", "there are no scripts in this folder", whole_file(path))
+    return sorted(found)
+
+
 def story_files(path: str) -> list[Path]:
     """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
     place = Path(path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from itertools import accumulate
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -42,6 +41,7 @@ from i2pdsl.language.story import (
     SearchPlan,
     TypedStory,
     default_assumption,
+    ordered,
 )
 from i2pdsl.language.unused import check_unused
 from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
@@ -367,8 +367,7 @@ class _Checker:
             audience = Audience(_audience(statement), observers, span=statement.span)
             if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
                 found[audience.name] = audience
-        counts = accumulate((len(a.observers) for a in found.values()), initial=0)
-        return tuple(replace(a, first=n) for a, n in zip(found.values(), counts, strict=False))
+        return ordered(tuple(found.values()))
 
     def assumption(self) -> ty.Mask:
         statement: ast.Assume | None = self.first(ast.Assume)

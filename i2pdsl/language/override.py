@@ -53,7 +53,7 @@ def override(
         return _with_setting(source, worlds[0], name, value)
     lets = [let.name.id for let in program.of(ast.Let)]
     known = (*lets, *_STATEMENTS, *of_search, *world_settings)
-    message = f"--set: the story has no `{name}` to set"
+    message = f"the story has no `{name}` to set"
     hint = did_you_mean(name, known) or "known: " + ", ".join(known)
     raise StoryError([Diagnostic("set", message, whole_file(source.name), hint)])
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.beliefs import UNTHINKABLE
 from i2pdsl.language.elaborate import Elaborator, LeavesAtZero, Stop
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
+from i2pdsl.language.settings import Settings
 from i2pdsl.language.statements import room_for_nesting
-from i2pdsl.language.story import USUAL, Audience, default_assumption
+from i2pdsl.language.story import USUAL, VIEWERS, Audience, default_assumption, ordered
 from i2pdsl.language.vocabulary import Vocabulary
 
 
@@ -52,6 +54,10 @@ def check_query(
             elaborator.assumption = read_assumption(elaborator, condition, env)
         else:
             elaborator.assumption = assumption or default_assumption(vocabulary)
+            if not all(audience.can_hold(elaborator.assumption) for audience in audiences):
+                message = "some viewer takes what is assumed for impossible"
+                hint = "`assume nothing` drops what is assumed by default"
+                raise error("impossible", message, Span(source, 0, len(source.text)), hint)
         node = parse_expression(source)
         try:
             try:
@@ -65,6 +71,52 @@ def check_query(
     if errors:
         raise StoryError(list(dict.fromkeys(errors)))
     return TypedQuery(value, times if value.axes.time else None, tuple(dict.fromkeys(problems)))
+
+
+def check_assumption(
+    source: Source, vocabulary: Vocabulary, module: Module, audiences: tuple[Audience, ...]
+) -> ty.Mask:
+    """The mask of what stands behind `assume`, or of a condition. Raises StoryError."""
+    problems: list[Diagnostic] = []
+    elaborator = Elaborator(vocabulary, 1, problems.append, query=True)
+    elaborator.audiences = audiences
+    condition = None if source.text.strip() == "nothing" else parse_expression(source)
+    mask = read_assumption(elaborator, condition, Env(module))
+    if problems:
+        raise StoryError(problems)
+    return mask
+
+
+def check_audience(
+    source: Source,
+    vocabulary: Vocabulary,
+    module: Module,
+    audiences: tuple[Audience, ...] = (USUAL,),
+    folder: Path | None = None,
+) -> tuple[Audience, ...]:
+    """The audiences of a script with others in the place of the one that needs no name.
+
+    Args:
+        source: what stands behind `audience` in a story, or the name of an audience of the story.
+        folder: where an audience's file is looked for.
+
+    Raises StoryError.
+    """
+    problems: list[Diagnostic] = []
+    elaborator = Elaborator(vocabulary, 1, problems.append, query=True)
+    node = parse_expression(source)
+    known = {audience.name: audience.observers for audience in audiences}
+    if isinstance(node, ast.Name) and node.id in known:
+        observers = known[node.id]
+    elif isinstance(node, ast.Name | ast.Text | ast.Call):
+        name, given = (node.callee, node.arguments) if isinstance(node, ast.Call) else (node, ())
+        observers = Settings(elaborator, Env(module)).audience(name, given, folder)
+    else:
+        hint = "write `bayesian(beta = 1)` or the name of an audience of the story"
+        raise error("audience", "this is no audience", node.span, hint)
+    if problems:
+        raise StoryError(problems)
+    return ordered([Audience(VIEWERS, observers), *audiences[1:]])
 
 
 def _value(elaborator: Elaborator, node: ast.Expr, env: Env, times: range) -> ty.Typed:

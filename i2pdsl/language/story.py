@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, whole_file
 from i2pdsl.language import ast
@@ -62,6 +64,12 @@ class Audience:
 
 
 USUAL = Audience(VIEWERS, (Observer(),))
+
+
+def ordered(audiences: Sequence[Audience]) -> tuple[Audience, ...]:
+    """Audiences that know how many observers stand before their own."""
+    counts = accumulate((len(a.observers) for a in audiences), initial=0)
+    return tuple(replace(a, first=n) for a, n in zip(audiences, counts, strict=False))
 
 
 @dataclass(frozen=True)

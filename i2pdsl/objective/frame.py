@@ -119,7 +119,7 @@ class View:
         return View(belief, self.state, frame, self.exists)
 
 
-def _after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
+def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
     belief = frame.belief
     if moment.seen is not None:
@@ -146,7 +146,7 @@ class StepScope:
     def view(self, moment: ty.Moment) -> View:
         frame = self.frame
         if moment.offset == 0:
-            return _after(frame, moment)
+            return view_after(frame, moment)
         if moment.offset == -1:
             return View(frame.previous, frame.before, None)
         return prior_view(self, state=self.first_state)
@@ -209,10 +209,10 @@ class EndScope:
             return prior_view(self, state=self.first_state)
         if index > self.length:
             frame, possible = self.suffixes[moment.turns][index - self.length - 1]
-            return _after(frame, moment, possible)
+            return view_after(frame, moment, possible)
         frame = self.last
         there = self.held or frame.number == self.length
-        return _after(frame, moment, there & (index == self.length))
+        return view_after(frame, moment, there & (index == self.length))
 
 
 class HistoryScope:
@@ -256,7 +256,7 @@ class HistoryScope:
         safe = self.xp.clip(self.xp.asarray(index), 0, total)
         frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
-        return _after(frame, moment, exists)
+        return view_after(frame, moment, exists)
 
 
 class TurnScope:

@@ -94,7 +94,7 @@ class _Turns:
         self.world = world
         self.states = np.asarray(world.all_states(world.tables))
         self.after, self.actions, self.possible = possible_frames(world, self.states, events)
-        # Of about as many states, worlds share programs (worlds/grid/model.py:padded).
+        # Of about as many states, worlds share programs (worlds/grid/arrays.py:padded).
         size = padded_size(len(self.states), 8192), int(self.actions.max()) + 1
         self.sizes = dict(zip(_KINDS, (size[:1], size[1:], size), strict=True))
 

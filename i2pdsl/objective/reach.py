@@ -30,7 +30,7 @@ def frames_until(
         events: those that may happen, as numbers of `world.events`.
         of_states: whether it depends on the state at the end of a frame alone.
 
-    Returns: int32 [S], padded to the sizes of the tables of searches (worlds/grid/model.py).
+    Returns: int32 [S], padded to the sizes of the tables of searches (worlds/grid/arrays.py).
     """
     states = np.asarray(world.all_states(world.tables))
     after, actions, possible = possible_frames(world, states, events)

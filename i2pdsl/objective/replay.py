@@ -27,40 +27,72 @@ def replay(
         states: [T + 1, ...], actions: [T, ...], as the world has them; T may be 0.
         rows: the world's `log_rows` of them, if they are known already.
     """
+    known = None if rows is None else tuple(row[None] for row in rows)
+    return Frame(*(part[0] for part in replay_all(world, states[None], actions[None], known)))
+
+
+def replay_all(
+    world: World,
+    states: np.ndarray,
+    actions: np.ndarray,
+    rows: tuple[np.ndarray, ...] | None = None,
+    regrets: bool = True,
+) -> Frame:
+    """All frames of N scripts of one length, [N, T + 1, ...]; see `replay`.
+
+    Args:
+        states: [N, T + 1, ...], actions: [N, T, ...].
+        rows: [N, T, O, H] each.
+        regrets: whether anybody asks for them.
+    """
     tables = world.tables
-    if len(actions):
-        seen_there = (tables, states[:-1], actions, states[1:])
-        best = world.best_rows(*seen_there) if rows is None else ()
-        rows = rows or world.log_rows(*seen_there)
+    count, length = actions.shape[:2]
+    before, after = states[:, :-1], states[:, 1:]
+    best: tuple[np.ndarray, ...] = ()
+    if length:
+        flat = (_side_by_side(part) for part in (before, actions, after))
+        seen_there = (tables, *flat)
+        apart = lambda row: row.reshape(count, length, *row.shape[1:])
+        if rows is None and regrets:
+            best = tuple(map(apart, world.best_rows(*seen_there)))
+        rows = rows or tuple(map(apart, world.log_rows(*seen_there)))
     elif rows is None:  # nothing has happened yet, but what is observed has its shape
-        still = world.log_rows(tables, states, world.no_action(states), states)
-        rows, best = tuple(row[:0] for row in still), ()
+        first = states[:, 0]
+        still = world.log_rows(tables, first, world.no_action(first), first)
+        rows = tuple(row[:, None][:, :0] for row in still)
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
-    belief = world.log_prior(tables)
-    beliefs, expecting = [belief], [np.stack([np.zeros_like(belief)] * len(rows))]
-    for t in range(len(actions)):
-        before = []
+    prior = world.log_prior(tables)
+    belief = np.broadcast_to(prior, (count, *prior.shape))
+    beliefs, expecting = [belief], [np.stack([np.zeros_like(belief)] * len(rows), axis=1)]
+    for t in range(length):
+        earlier = []
         for row in rows:
-            before.append(belief)
-            if seen[t]:
-                belief = update(belief, row[t], forgetting)
+            earlier.append(belief)
+            if seen[:, t].any():
+                updated = update(belief, row[:, t], forgetting)
+                belief = np.where(seen[:, t, None, None], updated, belief)
         beliefs.append(belief)
-        expecting.append(np.stack(before))
-    likelihoods = np.stack(rows, axis=1)
-    regrets = np.stack(best or rows, axis=1) - likelihoods
-    first = np.zeros((1, *likelihoods.shape[1:]))
+        expecting.append(np.stack(earlier, axis=1))
+    likelihoods = np.stack(rows, axis=2)
+    less = np.stack(best, axis=2) - likelihoods if best else likelihoods * 0
+    nothing = np.zeros((count, 1, *likelihoods.shape[2:]))
     return Frame(
-        number=np.arange(len(states)),
-        before=np.concatenate([states[:1], states[:-1]]),
-        action=np.concatenate([world.no_action(states[:1]), actions]),
+        number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
+        before=np.concatenate([states[:, :1], before], axis=1),
+        action=np.concatenate([world.no_action(states[:, :1]), actions], axis=1),
         state=states,
-        previous=np.stack([beliefs[0], *beliefs[:-1]]),
-        belief=np.stack(beliefs),
-        expecting=np.stack(expecting),
-        log_rows=np.concatenate([first, likelihoods]),
-        regrets=np.concatenate([first, regrets]),
+        previous=np.stack([beliefs[0], *beliefs[:-1]], axis=1),
+        belief=np.stack(beliefs, axis=1),
+        expecting=np.stack(expecting, axis=1),
+        log_rows=np.concatenate([nothing, likelihoods], axis=1),
+        regrets=np.concatenate([nothing, less], axis=1),
     )
+
+
+def _side_by_side(part: np.ndarray) -> np.ndarray:
+    """[N, T, ...] as [N T, ...]: the worlds take one leading axis fastest."""
+    return part.reshape(-1, *part.shape[2:])
 
 
 def histories(

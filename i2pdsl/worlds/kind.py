@@ -19,6 +19,7 @@ from i2pdsl.worlds.drawings import Files
 if TYPE_CHECKING:
     import numpy as np
 
+    from i2pdsl.worlds.positions import Inferred, Positions
     from i2pdsl.worlds.record import Record, Trajectory
     from i2pdsl.worlds.world import Viewer, World
 
@@ -177,6 +178,18 @@ class Kind(ABC):
 
         Raises StoryError.
         """
+
+    def inferred(self, world: Any, table: Positions) -> Inferred:
+        """The script that a table of positions tells.
+
+        Raises StoryError, naming the frame and who, where the rules do not allow it.
+        """
+        from i2pdsl.worlds.inferred import inferred_turns
+
+        if not world.vocabulary.enumerable:
+            message = f"where somebody is does not say all of a state {world.vocabulary.where}"
+            raise error("positions", message, table.place)
+        return inferred_turns(self, world, table)
 
     def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
         """Statements that pin frames `first`..`last` of a script as they are; none where actions

@@ -164,8 +164,8 @@ def test_exactly_these_words_are_offered(place: str) -> None:
 
 
 IN_WORLDS = {
-    "world kitchen(¦": "goal move stay gamma beta level0 forgetting hypotheses",
-    "world kitchen(beta = 1, ¦": "goal move stay gamma level0 forgetting hypotheses",
+    "world kitchen(¦": "goal move stay end gamma beta level0 forgetting horizon hypotheses",
+    "world kitchen(beta = 1, ¦": "goal move stay end gamma level0 forgetting horizon hypotheses",
     "world kitchen(beta = ¦": "2",
     "world kitchen(hypotheses = ¦": "merged literal",
     "world hill(evidence = ¦": "motion mass",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 from i2pdsl.errors import display_width, padded
 from i2pdsl.render.characters import Ink, laid_out
@@ -49,7 +50,7 @@ def _fenced(spec: GridSpec, rows: list[list[str]], wide: int, ink: Ink) -> list[
         below = [((c, r), (c, r + 1)) in walls for c in range(len(row))]
         if any(below):
             cells = [level * wide if wall else " " * wide for wall in below]
-            joints = [level if a and b else " " for a, b in zip(below, below[1:], strict=False)]
+            joints = [level if a and b else " " for a, b in pairwise(below)]
             line = "".join(cell + gap for cell, gap in zip(cells, [*joints, ""], strict=True))
             lines.append(line.rstrip())
     return lines

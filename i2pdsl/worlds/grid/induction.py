@@ -17,6 +17,7 @@ import numpy as np
 
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.arrays import Against, Tables, arrangement, namespace
 
 Array = Any
 Report = Callable[[int, float, float | None], None]
@@ -30,8 +31,8 @@ class NotSettledError(Exception):
 
 
 def implied(
-    tables: model.Tables,
-    against: tuple[model.Against, ...] | None,
+    tables: Tables,
+    against: tuple[Against, ...] | None,
     together: bool,
     who: int,
     state: Array,
@@ -45,8 +46,8 @@ def implied(
         against: what each expects of the other; None where there is no other.
         end: in the last frame the reward of standing on one's goal then, else None.
     """
-    xp = model.namespace(tables.cells)
-    here = model.arrangement(tables, state)
+    xp = namespace(tables.cells)
+    here = arrangement(tables, state)
     later = state - here if tables.layer is None else state - here + tables.layer
 
     def ahead(place: Array) -> Array:
@@ -66,11 +67,9 @@ def implied(
     return mine.rho * social + (policy * answered).sum(-2)
 
 
-def _standing(
-    tables: model.Tables, against: tuple[model.Against, ...] | None, who: int, place: Array
-) -> Array:
+def _standing(tables: Tables, against: tuple[Against, ...] | None, who: int, place: Array) -> Array:
     """How many rewards of the end a character has: its own, and the other's by rho: [..., P]."""
-    xp = model.namespace(tables.cells)
+    xp = namespace(tables.cells)
     own = xp.moveaxis(tables.goals[who][:, tables.cells[place, who]], 0, -1)
     if against is None or against[who].problem is None:
         return own * 1.0
@@ -80,8 +79,8 @@ def _standing(
 
 
 def by_frames(
-    tables: model.Tables,
-    against: tuple[model.Against, ...] | None,
+    tables: Tables,
+    against: tuple[Against, ...] | None,
     together: bool,
     frames: int,
     end: float,
@@ -115,8 +114,8 @@ def by_frames(
 
 
 def without_end(
-    tables: model.Tables,
-    against: tuple[model.Against, ...] | None,
+    tables: Tables,
+    against: tuple[Against, ...] | None,
     tolerances: list[float],
     report: Report | None = None,
     say: Callable[[str], None] | None = None,
@@ -153,8 +152,8 @@ class _Program:
 
     def __init__(
         self,
-        tables: model.Tables,
-        against: tuple[model.Against, ...] | None,
+        tables: Tables,
+        against: tuple[Against, ...] | None,
         together: bool,
         say: Callable[[str], None] | None,
     ):
@@ -206,7 +205,7 @@ class _Program:
 
 
 def _everywhere(
-    together: bool, who: int, tables: model.Tables, against: tuple[model.Against, ...] | None
+    together: bool, who: int, tables: Tables, against: tuple[Against, ...] | None
 ) -> Array:
     """`implied` for each arrangement, in pieces."""
     import jax

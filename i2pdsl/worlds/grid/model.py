@@ -21,146 +21,13 @@ outcomes o_1 and o_2 (an outcome is an action and whether it succeeded), then, f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid.spec import ALL_OFFSETS, STAY
+from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, namespace
+from i2pdsl.worlds.grid.spec import STAY
 from i2pdsl.worlds.world import Branches
 
 Array = Any
-
-
-class Tables(NamedTuple):
-    """The numbers of a world under one or several observers.
-
-    Attributes:
-        cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
-        coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
-        absent []: the cell number of a thing that is not there, N.
-        success [C]: probability that a character's move succeeds.
-        cost [9]: reward of an action away from the goal.
-        gamma []: discount factor.
-        reward []: reward on the goal tile.
-        continuation: for each character [F * S, P], the value W after an action, before the
-            other's answer, for each planning problem (planning/value_iteration.py); of both who
-            act together, the value after the frame.
-        columns: for each character [O, H], the problem of a hypothesis; P where irrational.
-        sharpness: for each character [P], beta of the problem's observer.
-        goals: for each character [P, N + 1], whether a cell is the problem's goal.
-        log_prior [O, H]: the belief before anything moved.
-        forgetting [O]: share of belief that is reassigned after each action.
-        layer []: S, where there is a horizon; else None.
-        against: what each character expects of the other who acts together with it; else None.
-    """
-
-    cells: Array
-    lookup: Array
-    strides: Array
-    successor: tuple[Array, ...]
-    coordinates: Array
-    absent: Array
-    success: Array
-    cost: Array
-    gamma: Array
-    reward: Array
-    continuation: tuple[Array, ...]
-    columns: tuple[Array, ...]
-    sharpness: tuple[Array, ...]
-    goals: tuple[Array, ...]
-    log_prior: Array
-    forgetting: Array
-    layer: Array | None = None
-    against: tuple[Against, ...] | None = None
-
-
-class Against(NamedTuple):
-    """What a character expects of the other in each of its problems.
-
-    Attributes:
-        fixed [A, P]: how the other acts, wherever it is, where it is not seen through.
-        problem [P]: the other's problem that is seen through; None if there is none such.
-        known [P]: where that is so.
-        beta [P']: how sharply the other chooses in each of its problems.
-        rho [P]: how much its reward counts.
-        success []: the probability that each character's move succeeds; None where it is sure.
-    """
-
-    fixed: Array
-    problem: Array | None
-    known: Array
-    beta: Array
-    rho: Array
-    success: tuple[Array | None, ...]
-
-
-def arrangement(tables: Tables, state: Array) -> Array:
-    """A state without its frame."""
-    return state if tables.layer is None else state % tables.layer
-
-
-def padded(tables: Tables) -> Tables:
-    """The tables with states and cells up to sizes that worlds share, so that they share programs.
-
-    No number of a real state or cell leads to what is added.
-    """
-    states, cells = padded_size(len(tables.cells), 8192), padded_size(len(tables.coordinates), 128)
-    along = lambda axis, size: lambda a: _lengthened(a, axis, size)
-    return tables._replace(
-        cells=along(0, states)(tables.cells),
-        lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
-        successor=tuple(map(along(1, states), tables.successor)),
-        coordinates=along(0, cells)(tables.coordinates),
-        continuation=tuple(
-            along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
-        ),
-        goals=tuple(map(along(1, cells), tables.goals)),
-    )
-
-
-def _lengthened(array: np.ndarray, axis: int, size: int) -> np.ndarray:
-    widths = [(0, size - array.shape[axis] if i == axis else 0) for i in range(array.ndim)]
-    return np.pad(array, widths)
-
-
-@dataclass(frozen=True)
-class Moves:
-    """The static layout of actions: it does not depend on the numbers of a world.
-
-    `slots` numbers are kept for the cell that a thing falls on, at least as many as there are
-    cells, so that maps of about one size share programs; none where nothing falls.
-    """
-
-    weak: tuple[bool, ...]
-    slots: int
-    entities: int
-    events: tuple[int, ...]  # the entity that each event drops
-    actions: tuple[int, ...]  # how many each character has
-    alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
-    frames: int = 1  # F
-    together: bool = False
-
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        succeed = tuple((a, True) for a in range(self.actions[who]))
-        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
-
-    @property
-    def turn_count(self) -> int:
-        first, *rest = self.counts
-        return first * (rest[0] if rest else 1)
-
-
-def namespace(array: Array) -> Any:
-    """numpy or jax.numpy, whichever the array belongs to."""
-    return array.__array_namespace__()
 
 
 def action_values(tables: Tables, who: int, state: Array) -> Array:
@@ -447,7 +314,7 @@ def _steps_together(
     ], xp.where(waits, in_turn, in_order)
 
 
-def _chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
+def chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
     """The state that each character sees as it chooses."""
     if moves.together:
         return [state, state]
@@ -472,7 +339,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     An event is expected by nobody and explained by nothing: its rows are 0.
     """
     xp = namespace(tables.cells)
-    states = _chosen_at(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, action)
     rows = []
     for who in range(len(moves.weak)):
         act, _ = decode(moves, who, action, xp)
@@ -485,7 +352,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
 def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
     """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
     xp = namespace(tables.cells)
-    states = _chosen_at(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, action)
     is_turn = (action < moves.turn_count)[..., None, None]
     best = (xp.max(log_policy(tables, who, states[who]), axis=-3) for who in range(len(moves.weak)))
     return tuple(xp.where(is_turn, row, 0.0) for row in best)
@@ -496,7 +363,7 @@ def alternatives(
 ) -> tuple[tuple[Array, Array], ...]:
     """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
     did, [...]."""
-    states = _chosen_at(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, action)
     return tuple(
         (
             log_policy(tables, who, states[who]),
@@ -504,109 +371,3 @@ def alternatives(
         )
         for who in range(len(moves.weak))
     )
-
-
-def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
-    """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
-    xp = namespace(tables.cells)
-    done, _ = steps(tables, moves, state, action)
-    tried, succeeded = [], []
-    for who, weak in enumerate(moves.weak):
-        if weak:
-            _, success = decode(moves, who, action, xp)
-            tried.append(done[who].would)
-            succeeded.append(done[who].would & success)
-    return xp.stack(tried, axis=-1), xp.stack(succeeded, axis=-1)
-
-
-def is_turn(
-    tables: Tables,
-    moves: Moves,
-    before: Array,
-    action: Array,
-    acts: tuple[tuple[int, bool] | None, ...],
-) -> Array:
-    """Whether everybody does so: (action, whether it fails) for each, None for anything."""
-    xp = namespace(tables.cells)
-    each, _ = steps(tables, moves, before, action)
-    done = action < moves.turn_count
-    for who, act in enumerate(acts):
-        if act is None:
-            continue
-        chosen, success = decode(moves, who, action, xp)
-        done &= (chosen == act[0]) & (success != act[1])
-        if act[1]:  # what is in the way makes no move fail
-            done &= each[who].would
-    return done
-
-
-def feature(
-    tables: Tables,
-    moves: Moves,
-    name: str,
-    arguments: tuple[Any, ...],
-    state: Array,
-    before: Array | None = None,
-    action: Array | None = None,
-) -> Array:
-    """Whether a predicate holds at `state`, or in the frame that led from `before` to it.
-
-    Entities are numbers; a place is given by its cell numbers [n]. What is asked of pairs of
-    cells comes with its table, [(N + 1)^2]; of a cell and a place [N + 1] and None for the place.
-    """
-    xp, here = namespace(tables.cells), arrangement(tables, state)
-    match name:
-        case "at":
-            entity, places = arguments
-            return (tables.cells[here, entity][..., None] == xp.asarray(places)).any(-1)
-        case "absent":
-            return tables.cells[here, arguments[0]] == tables.absent
-        case "adjacent" | "touching":
-            return _adjacent(tables, here, *arguments)
-        case "sees" | "distance":
-            entity, other, table = arguments
-            place = tables.cells[here, entity]
-            if other is not None:
-                place = place * (tables.absent + 1) + tables.cells[here, other]
-            return xp.asarray(table)[place]
-    assert before is not None
-    assert action is not None
-    is_turn = action < moves.turn_count
-    if name == "fell":
-        gone = tables.cells[arrangement(tables, before), arguments[0]] == tables.absent
-        return gone & (tables.cells[here, arguments[0]] != tables.absent)
-    who = arguments[0]
-    act, _ = decode(moves, who, action, xp)
-    if name in ("tried", "idle"):
-        tried = is_turn & (act != STAY)
-        return tried if name == "tried" else ~tried
-    if name == "faces":
-        seen = arrangement(tables, _chosen_at(tables, moves, before, action)[who])
-        return is_turn & _ahead(tables, seen, who, act, arguments[1])
-    entity = who if name == "moved" else arguments[1]
-    step = steps(tables, moves, before, action)[0][who]
-    left, now = tables.cells[step.before, entity], tables.cells[step.after, entity]
-    changed = left != now
-    for group in moves.alike:
-        if entity in group:  # whoever of them stood there is there no more
-            now = tables.cells[step.after][..., list(group)]
-            changed = (left[..., None] != now).all(-1)
-    return is_turn & changed if name == "moved" or entity != who else is_turn & False
-
-
-def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Array:
-    """Whether an action points to an entity or a place: into the quarter in which that lies."""
-    xp = namespace(tables.cells)
-    here = tables.coordinates[tables.cells[state, who]]
-    there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
-    way = tables.coordinates[there] - here[..., None, :]
-    ahead = (way * xp.asarray(ALL_OFFSETS)[act][..., None, :]).sum(-1)
-    return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there != tables.absent)).any(-1)
-
-
-def _adjacent(tables: Tables, state: Array, a: int, b: int) -> Array:
-    """Whether two entities stand on neighbouring cells (both must be there)."""
-    first, second = tables.cells[state, a], tables.cells[state, b]
-    present = (first != tables.absent) & (second != tables.absent)
-    distance = abs(tables.coordinates[first] - tables.coordinates[second]).sum(-1)
-    return present & (distance == 1)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.arrays import arrangement
 from i2pdsl.worlds.grid.world import GridWorld
 
 _TIE = 1e-9
@@ -36,7 +37,7 @@ def naive_rollout(
                 act = int(generator.integers(len(values)))
             else:
                 act = int(np.argmax(values[:, column] >= values[:, column].max() - _TIE))
-            here = model.arrangement(tables, seen)
+            here = arrangement(tables, seen)
             after = int(world.dynamics.successor[who][act, here])
             is_sure = after == here and not moves.together
             success = is_sure or bool(generator.random() < character.success)

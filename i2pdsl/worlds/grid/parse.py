@@ -132,9 +132,9 @@ class _Reader(MapReader):
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
         single: dict[str, Span] = {}
-        latents = self.latents()
+        latents, counted = self.latents(), self.counted()
         for block in self.blocks:
-            meaning = latents.get(block.name) or taken(block.name)
+            meaning = latents.get(block.name) or counted.get(block.name) or taken(block.name)
             looks = unicodedata.normalize("NFKC", block.name)  # wide letters, ligatures
             if block.keyword not in NAMED:
                 if block.keyword in single:
@@ -154,6 +154,15 @@ class _Reader(MapReader):
                 if not any(block.name in b.mentioned() for b in self.blocks):
                     self.unsure.add(block.keyword)  # what others mention may be this one
             seen.setdefault(looks, block.span)
+
+    def counted(self) -> dict[str, str]:
+        """The names of things that are alike, and what they mean."""
+        return {
+            f"{block.name}_{number + 1}": f"one of those called `{block.name}`"
+            for block in self.blocks
+            if block.keyword == "object" and {"count", "symbol"} & set(block.entries)
+            for number in range(MOST_ALIKE)
+        }
 
     def latents(self) -> dict[str, str]:
         """The names of what is hidden, and what they mean."""
@@ -302,7 +311,7 @@ class _Reader(MapReader):
     def check_places(self) -> None:
         """Reports who is on another's cell at first."""
         owner: dict[Cell, Block] = {}
-        for block, cells in self.first:
+        for block, cells in sorted(self.first, key=lambda one: one[0].span.start):
             taken_ = next((owner[cell] for cell in cells if cell in owner), None)
             if taken_ is not None:
                 note = Note("the other one", taken_.span)

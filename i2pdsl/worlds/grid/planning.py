@@ -1,4 +1,4 @@
-"""The planning problems of a grid world: who plans what against whom (model.md, "Kitchen")."""
+"""The plans of a grid world: its problems solved, looked at, and kept (problems.py says which)."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ from i2pdsl.planning import store
 from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward, residual_at
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.dynamics import Dynamics
-from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
-from i2pdsl.worlds.grid.model import Against, Tables
-from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.grid.problems import (
+    Key,
+    costs,
+    expectations,
+    imagined,
+    on_goal,
+    problem_keys,
+    rules_of,
+)
+from i2pdsl.worlds.grid.spec import GridSpec
 
 MakeResponse = Callable[[int], "Response"]
 """An answer for a number of problems."""
-
-Key = tuple[str | float | None, ...]
-"""A planning problem: (goal,), or for one who models the other (the other's goal, own goal, rho);
-the other's goal is None where the other is irrational."""
 
 Report = Callable[[str, int, float, float | None], None]
 """Progress: (stage, sweep, residual, expected number of sweeps or None)."""
@@ -43,7 +45,8 @@ class Plan:
 
     Attributes:
         keys: for each character, its problems.
-        continuation: for each character float64 [S, P], the value after an action.
+        continuation: for each character float64 [S, P], the value after an action; with a horizon
+            float32 [F * S, P], for each frame (arrays.py).
         residual: the largest Bellman residual that was reached; of a sample of the states where
             the plan came from the cache.
         bound: no value is further from the truth.
@@ -55,28 +58,6 @@ class Plan:
     residual: float
     bound: float
     seconds: float = 0.0
-
-
-def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
-    """The distinct problems of each character, in the order in which hypotheses name them."""
-    rows = grid_hypotheses(spec)
-    found = []
-    for c in spec.characters:
-        keys = (problem_of(spec, c, row) for row in rows if row[rationality_of(c.name)])
-        found.append(tuple(dict.fromkeys(keys)))
-    return tuple(found)
-
-
-def problem_of(spec: GridSpec, character: Character, row: dict[str, float | str | bool]) -> Key:
-    """The problem that a rational character solves under a hypothesis."""
-    own = str(row[goal_of(character.name)])
-    modeller = spec.modeller
-    if modeller is None or modeller.name != character.name:
-        return (own,)
-    other = next(c for c in spec.characters if c.name != character.name)
-    rho = row.get(ATTITUDE)
-    believed = row.get(goal_of(other.name))
-    return (None if believed is None else str(believed), own, None if rho is None else float(rho))
 
 
 def estimated_bytes(spec: GridSpec) -> int:
@@ -302,24 +283,6 @@ def _not_settled(spec: GridSpec, reason: str) -> StoryError:
     return error("planning", f"planning did not settle: {reason}", whole_file(spec.name), hint)
 
 
-def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
-    """The reward of each action of a character, or of any, away from the goal: [A]."""
-    counts = [len(c.actions) for c in spec.characters]
-    cost = np.full(max(counts) if who is None else counts[who], spec.settings.move)
-    cost[STAY] = spec.settings.stay
-    return cost
-
-
-def on_goal(spec: GridSpec, dynamics: Dynamics, goals: list[str]) -> np.ndarray:
-    """Whether each cell is one of a goal's: bool [G, N + 1]; absence and no goal never are."""
-    number = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
-    cells = {t.name: [number[c] for c in t.cells] for t in spec.tiles}
-    table = np.zeros((len(goals), len(number) + 1), dtype=bool)
-    for i, goal in enumerate(goals):
-        table[i, cells.get(goal, [])] = True
-    return table
-
-
 def _rewards(
     spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -354,7 +317,7 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeRespon
     """How one who models nobody believes that the other acts: uniformly, or by the costs."""
     if other is None:
         return None
-    policy = _imagined(spec, other)[None, :, None]
+    policy = imagined(spec, other)[None, :, None]
 
     def answer(problems: int) -> Response:
         return Response(
@@ -367,16 +330,6 @@ def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeRespon
         )
 
     return answer
-
-
-def _imagined(spec: GridSpec, other: int) -> np.ndarray:
-    """The policy of level 0: [A]."""
-    cost = costs(spec, other)
-    if spec.settings.level0 == "costs":
-        weights = np.exp(spec.settings.beta * (cost - cost.max()))
-    else:
-        weights = np.ones(len(cost))
-    return weights / weights.sum()
 
 
 def _modelled(
@@ -425,68 +378,6 @@ def _far(spec: GridSpec) -> float:
     """By how much a residual can add up to an error: that of later frames is discounted."""
     gamma, frames = spec.settings.gamma, spec.settings.horizon
     return (1 - gamma**frames) / (1 - gamma) if frames else 1 / (1 - gamma)
-
-
-def expectations(spec: GridSpec, keys: tuple[tuple[Key, ...], ...]) -> tuple[Against, ...] | None:
-    """What each character expects of the other in each of its problems; None of one alone."""
-    if len(keys) == 1:
-        return None
-    found = []
-    success = tuple(np.array(c.success) if c.is_weak else None for c in spec.characters)
-    for who, own in enumerate(keys):
-        other = 1 - who
-        beta, nobody = np.full(len(keys[other]), spec.settings.beta), np.zeros(len(own))
-        policy = _imagined(spec, other)
-        if spec.characters[who] != spec.modeller:
-            fixed = np.repeat(policy[:, None], len(own), axis=1)
-            found.append(Against(fixed, None, nobody.astype(bool), beta, nobody, success))
-            continue
-        names, models = [key[0] for key in keys[other]], bool(spec.characters[who].models)
-        known = np.array([models and key[0] is not None for key in own])
-        problem = [
-            names.index(key[0]) if is_known else 0 for key, is_known in zip(own, known, strict=True)
-        ]
-        fixed = np.full((len(policy), len(own)), 1 / len(policy))
-        rho = np.array([float(key[2] or 0) for key in own])
-        found.append(Against(fixed, np.array(problem), known, beta, rho, success))
-    return tuple(found)
-
-
-def rules_of(
-    spec: GridSpec, dynamics: Dynamics, keys: tuple[tuple[Key, ...], ...], frames: bool
-) -> Tables:
-    """The tables that planning by induction reads, without any values.
-
-    Args:
-        frames: whether the numbers of states tell the frame.
-    """
-    nothing = np.zeros(0)
-    goals = tuple(on_goal(spec, dynamics, _goals(each)) for each in keys)
-    return Tables(
-        cells=dynamics.cells,
-        lookup=dynamics.lookup,
-        strides=dynamics.strides,
-        successor=dynamics.successor,
-        coordinates=dynamics.coordinates,
-        absent=np.array(dynamics.absent),
-        success=np.array([c.success for c in spec.characters]),
-        cost=costs(spec),
-        gamma=np.array(spec.settings.gamma),
-        reward=np.array(spec.settings.goal),
-        continuation=(),
-        columns=(),
-        sharpness=(),
-        goals=goals,
-        log_prior=nothing,
-        forgetting=nothing,
-        layer=np.array(dynamics.state_count) if frames else None,
-        against=expectations(spec, keys) if spec.together else None,
-    )
-
-
-def _goals(keys: tuple[Key, ...]) -> list[str]:
-    """Each problem's goal of the character itself."""
-    return [str(key[1] if len(key) == 3 else key[0]) for key in keys]
 
 
 def _solve_by_induction(

@@ -39,9 +39,10 @@ def goal_warnings(
         free, walls = set(spec.free_cells), set(spec.walls)
         # Nobody is told of from a single cell between walls.
         cells = {cell for cell in free if any(near in free for near in _near(cell))} or free
-        placed = _cells_at(start, number)
+        placed = {c.cell} if c.cell else _cells_at(start, number)
         if placed is not None:
-            turns = length * len(spec.characters)  # one's own steps and those of being pushed
+            frames = length or spec.settings.horizon or len(free)
+            turns = frames * len(spec.characters)  # one's own steps and those of being pushed
             cells = {cell for cell, n in steps_to(placed & free, free, walls).items() if n <= turns}
         for goal in c.goals:
             if goal == NO_GOAL or not cells:
@@ -106,6 +107,8 @@ def _walled_off(
 
 def _far(spec: GridSpec, c: Character, goal: str, ways: list[int | None]) -> tuple[str, str] | None:
     numbers = spec.settings
+    if numbers.horizon:  # what pays depends on how many frames are left
+        return None
     known = [n for n in ways if n is not None]
     farthest = max(known, default=0)
     limit = worthwhile_steps(numbers, c.success, farthest)

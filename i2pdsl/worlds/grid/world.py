@@ -12,15 +12,13 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid import features, model
+from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
-from i2pdsl.worlds.grid.planning import (
-    Plan,
-    Report,
-    check_memory,
+from i2pdsl.worlds.grid.planning import Plan, Report, check_memory, load_or_plan
+from i2pdsl.worlds.grid.problems import (
     costs,
     expectations,
-    load_or_plan,
     on_goal,
     problem_keys,
     problem_of,
@@ -40,7 +38,7 @@ class GridWorld:
 
     Attributes:
         spec: the world as it is; viewers may believe in other numbers.
-        tables: the arrays, in NumPy and doubles (model.Tables).
+        tables: the arrays, in NumPy and doubles (arrays.Tables).
         residual: the Bellman residual of the values.
         bound: how far values may be from the truth.
         planning_seconds: time spent on planning, 0 where all came from the cache.
@@ -48,8 +46,8 @@ class GridWorld:
 
     spec: GridSpec
     dynamics: Dynamics
-    tables: model.Tables
-    moves: model.Moves
+    tables: Tables
+    moves: Moves
     residual: float
     bound: float
     planning_seconds: float
@@ -74,61 +72,61 @@ class GridWorld:
     # The protocol (worlds/world.py).
 
     @cached_property
-    def search_tables(self) -> model.Tables:
-        return on_device(model.padded(self.tables))
+    def search_tables(self) -> Tables:
+        return on_device(padded(self.tables))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
         return (self.moves, cells)
 
-    def log_prior(self, tables: model.Tables) -> Array:
+    def log_prior(self, tables: Tables) -> Array:
         return tables.log_prior
 
-    def forgetting(self, tables: model.Tables) -> Array:
+    def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
 
-    def all_states(self, tables: model.Tables) -> Array:
+    def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
         return tables.cells.__array_namespace__().arange(tables.continuation[0].shape[0])
 
-    def turns(self, tables: model.Tables, state: Array) -> Branches:
+    def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
 
-    def endings(self, tables: model.Tables, state: Array) -> Array:
+    def endings(self, tables: Tables, state: Array) -> Array:
         return model.endings(tables, self.moves, state)
 
     def branch_actions(self, who: int) -> tuple[int, ...]:
         return tuple(action for action, _ in self.moves.outcomes(who))
 
-    def drops(self, tables: model.Tables, state: Array) -> tuple[Array, Array]:
+    def drops(self, tables: Tables, state: Array) -> tuple[Array, Array]:
         return model.drops(tables, self.moves, state)
 
-    def transition(self, tables: model.Tables, state: Array, action: Array) -> Array:
+    def transition(self, tables: Tables, state: Array, action: Array) -> Array:
         return model.transition(tables, self.moves, state, action)
 
     def no_action(self, state: Array) -> Array:
         return state * 0
 
     def log_rows(
-        self, tables: model.Tables, state: Array, action: Array, after: Array
+        self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return model.log_rows(tables, self.moves, state, action)
 
     def best_rows(
-        self, tables: model.Tables, state: Array, action: Array, after: Array
+        self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         return model.best_rows(tables, self.moves, state, action)
 
     def alternatives(
-        self, tables: model.Tables, state: Array, action: Array, after: Array
+        self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[tuple[Array, Array], ...]:
         return model.alternatives(tables, self.moves, state, action)
 
-    def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
-        return model.arrangement(tables, state) == model.arrangement(tables, after)
+    def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
+        return arrangement(tables, state) == arrangement(tables, after)
 
     def outcome(
-        self, tables: model.Tables, state: Array, action: Array
+        self, tables: Tables, state: Array, action: Array
     ) -> tuple[Array, tuple[Array, ...]]:
         after = self.transition(tables, state, action)
         return after, self.log_rows(tables, state, action, after)
@@ -136,22 +134,22 @@ class GridWorld:
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
 
-    def value(self, tables: model.Tables, who: int, state: Array) -> Array:
+    def value(self, tables: Tables, who: int, state: Array) -> Array:
         return model.value(tables, who, state)
 
-    def attempts(self, tables: model.Tables, state: Array, action: Array) -> tuple[Array, Array]:
-        return model.attempts(tables, self.moves, state, action)
+    def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
+        return features.attempts(tables, self.moves, state, action)
 
     def feature(
         self,
-        tables: model.Tables,
+        tables: Tables,
         name: str,
         arguments: tuple[Any, ...],
         state: Array,
         before: Array | None = None,
         action: Array | None = None,
     ) -> Array:
-        return model.feature(tables, self.moves, name, arguments, state, before, action)
+        return features.feature(tables, self.moves, name, arguments, state, before, action)
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         """The checker's arguments in the model's numbers: cells instead of (column, row), and
@@ -176,7 +174,7 @@ class GridWorld:
     def _walks(self) -> np.ndarray:
         return walking(self.dynamics.coordinates, self.spec.walls)
 
-    def act(self, tables: model.Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
+    def act(self, tables: Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
         xp = tables.cells.__array_namespace__()
         zero = xp.asarray(state) * 0
@@ -201,7 +199,7 @@ class GridWorld:
 
     def is_turn(
         self,
-        tables: model.Tables,
+        tables: Tables,
         before: Array,
         action: Array,
         turn: tuple[ty.Act | None, ...] | ty.Drop,
@@ -209,7 +207,7 @@ class GridWorld:
         if isinstance(turn, ty.Drop):
             return action == self.moves.turn_count + self._drop(turn)
         acts = tuple(None if act is None else (act.action, act.fails) for act in turn)
-        return model.is_turn(tables, self.moves, before, action, acts)
+        return features.is_turn(tables, self.moves, before, action, acts)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
@@ -319,7 +317,7 @@ def assemble(
         columns.append(column)
         sharpness.append(beta)
     coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
-    tables = model.Tables(
+    tables = Tables(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
         strides=dynamics.strides,
@@ -339,7 +337,7 @@ def assemble(
         layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
     )
-    moves = model.Moves(
+    moves = Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
         len(spec.entities),
@@ -365,7 +363,7 @@ def _against(
     plans: list[Plan],
     distinct: list[Plan],
     offsets: list[np.ndarray],
-) -> tuple[model.Against, ...] | None:
+) -> tuple[Against, ...] | None:
     """What the characters of all plans expect of each other, side by side as their problems."""
     specs = [viewers[[id(p) for p in plans].index(id(plan))].spec for plan in distinct]
     each = [expectations(spec, plan.keys) for spec, plan in zip(specs, distinct, strict=True)]
@@ -383,7 +381,7 @@ def _against(
             [getattr(part, name) for part in parts], axis=-1
         )
         found.append(
-            model.Against(
+            Against(
                 beside("fixed"),
                 np.concatenate(problem) if problem else None,
                 beside("known"),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from i2pdsl.worlds.plane.world import PlaneWorld
+    from i2pdsl.worlds.positions import Inferred, Positions
     from i2pdsl.worlds.record import Record, Trajectory
     from i2pdsl.worlds.world import Viewer
 
@@ -132,6 +133,11 @@ class PlaneKind(Kind):
         from i2pdsl.worlds.plane.script import read_plane
 
         return read_plane(world, record)
+
+    def inferred(self, world: PlaneWorld, table: Positions) -> Inferred:
+        from i2pdsl.worlds.plane.script import inferred
+
+        return inferred(world, table)
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """NAME_x and NAME_y of each character."""

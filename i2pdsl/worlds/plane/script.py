@@ -8,11 +8,14 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
+from i2pdsl.worlds.plane.dynamics import velocities
 from i2pdsl.worlds.plane.geometry import clearance
 from i2pdsl.worlds.plane.world import PlaneWorld
+from i2pdsl.worlds.positions import Inferred, Positions
 from i2pdsl.worlds.record import Record, Trajectory
 
 TOLERANCE = 1e-3  # units: single precision and a rounded decimal are far below
+PUSHES = 30  # rounds in which velocities are looked for that lead where positions say
 APART = 1.0  # units: two scripts look alike if everyone stands closer than this, on average
 
 
@@ -90,6 +93,42 @@ def read_plane(world: PlaneWorld, record: Record) -> Trajectory:
         off = f"{missed[bad[0]]:.3g}"
         wrong(f"frame {bad[0] + 1}", f"by the world's rules someone is elsewhere (by {off} units)")
     return path
+
+
+def inferred(world: PlaneWorld, table: Positions) -> Inferred:
+    """The velocities that lead from picture to picture.
+
+    Everybody is taken to have gone by itself, as far as its greatest speed allows; what is left
+    must come from walls and from the other's pushes. Raises StoryError.
+    """
+    names = [c.name for c in world.spec.characters]
+    where = np.empty((table.length + 1, 2 * len(names)))
+    for frame, rows in enumerate(table.seen):
+        for i, name in enumerate(names):
+            row = rows.get(name)
+            if row is None or row.x is None or row.y is None:
+                table.wrong(frame, f"where is `{name}`?", name)
+            where[frame, 2 * i : 2 * i + 2] = row.x, row.y
+    check_start(world, where[0], lambda message: table.wrong(0, message))
+    moved = np.diff(where, axis=0, prepend=where[:1])
+    states = np.concatenate([where, moved], axis=1)
+    tried = moved[1:]
+    missed = np.zeros_like(tried)
+    for _ in range(PUSHES):  # what did not lead far enough is tried harder
+        tried = tried + missed
+        after = world.transition(world.tables, states[:-1], tried)
+        missed = where[1:] - after[:, : where.shape[1]]
+        tried = np.concatenate(velocities(world.tables, world.cast, tried), axis=-1)
+    apart = np.hypot(missed[:, ::2], missed[:, 1::2])  # [T, n]
+    bad = np.argwhere(~(apart <= TOLERANCE))
+    if len(bad):
+        frame, who = bad[0]
+        character = world.spec.characters[who]
+        message = f"`{character.name}` cannot be there (by {apart[frame, who]:.3g} units)"
+        hint = f"it goes at most {character.fastest:g} units a frame"
+        table.wrong(int(frame) + 1, message, character.name, hint)
+    path = Trajectory(tried, states)
+    return Inferred(state_as_json(world, states[0]), frames_as_json(world, path))
 
 
 def check_start(world: PlaneWorld, places: np.ndarray, wrong: Any) -> None:

@@ -1,0 +1,312 @@
+"""Many scripts, questions and audiences at once, answered as one table.
+
+Scripts of one story's world and of one length are a group: their world is made ready once for each
+audience, each question is checked once, and all of them are replayed side by side.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import compress, product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from i2pdsl.answers import optional
+from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.language import typed as ty
+from i2pdsl.language.check import TypedQuery, check_query
+from i2pdsl.language.query import check_audience
+from i2pdsl.language.scope import Module
+from i2pdsl.language.story import Audience
+from i2pdsl.language.vocabulary import UNKNOWN
+from i2pdsl.objective.many import evaluate_many
+from i2pdsl.objective.replay import replay_all
+from i2pdsl.scripts import Script
+from i2pdsl.stored import Stored, stored
+from i2pdsl.worlds.find import vocabulary_of
+from i2pdsl.worlds.kind import Spec, Watch
+from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.record import Record, Trajectory, parse_record, read_record
+from i2pdsl.worlds.world import World
+
+if TYPE_CHECKING:
+    import pandas
+
+Askable = Script | Record | str | Path | Mapping[str, Any]
+NO_FRAME = -1  # the t of what is asked of no single frame
+COLUMNS = np.dtype(
+    [
+        ("script", object),
+        ("question", object),
+        ("audience", object),
+        ("t", np.int64),
+        ("event", object),
+        ("value", float),
+    ]
+)
+AT_ONCE = 2048  # frames that are replayed side by side: more is not faster, and takes memory
+
+
+class Table(np.recarray):
+    """A row for each number that was asked for: `table.value`, `table[table.t == 3]`.
+
+    Attributes:
+        script: the path as it was given, its name in a mapping, or its number from 0 on.
+        question: as it was written, or its name in a mapping.
+        audience: as it was written, or its name in a mapping; empty for the story's own.
+        t: the frame; -1 where the question has no free t.
+        event: of a bare latent the value that the number is the probability of, `G_robot = pink`
+            (of several latents `G_robot = pink, rho = 1`, of `next` an action); else empty.
+        value: the number; NaN where a turn that the question appends cannot happen.
+        warnings: about scripts whose stories are not understood.
+    """
+
+    warnings: tuple[Diagnostic, ...] = ()
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame of the same columns, with no t rather than -1.
+
+        Raises ImportError where pandas is not installed.
+        """
+        pd = optional("pandas")
+        columns = {name: pd.array(self[name], dtype="string") for name in ("script", "question")}
+        columns["audience"] = pd.array(self["audience"], dtype="string")
+        columns["t"] = pd.array(self["t"], dtype="Int64")
+        columns["t"][self["t"] == NO_FRAME] = pd.NA
+        columns["event"] = pd.array(self["event"], dtype="string")
+        return pd.DataFrame({**columns, "value": np.array(self["value"])})
+
+
+def query(
+    scripts: Askable | Iterable[Askable] | Mapping[str, Askable],
+    questions: str | Sequence[str] | Mapping[str, str],
+    audiences: str | Sequence[str | None] | Mapping[str, str] | None = None,
+    assume: str | None = None,
+    watch: Watch | None = None,
+) -> Table:
+    """Asks many scripts many questions before many audiences, at once.
+
+    Rows stand in the order of scripts, then audiences, questions, frames, events.
+
+    >>> i2pdsl.query(["a.json", "b.json"], "P(rho > 0 | script[:t])")
+    >>> i2pdsl.query(scripts, {"helps": "P(rho > 0 | script[:T])"}, [None, "bayesian(beta = 1)"])
+
+    Args:
+        scripts: scripts, paths of their files, or their content (a Record, or the JSON document
+            as a dict); or a mapping that gives them names.
+        questions: expressions of the language; or a mapping that gives them names.
+        audiences: as behind `audience` in a story; None is the story's own, which is asked where
+            nothing is given; or a mapping that gives them names.
+        assume: another assumption for all of them; 'nothing' drops it.
+
+    Raises StoryError with the mistakes of all scripts, or the first of a question or an audience.
+    """
+    groups = _groups(_named_scripts(scripts))
+    asked = _named(questions)
+    viewers = _named([None] if audiences is None else audiences)
+    found = [_answer(group, asked, viewers, assume, watch) for group in groups]
+    rows = np.concatenate([part for part, _ in found]) if found else np.zeros(0, COLUMNS)
+    order = np.concatenate([numbers for _, numbers in found]) if found else np.zeros(0, int)
+    if len(found) > 1:
+        rows = rows[np.argsort(order, kind="stable")]
+    table = rows.view(np.recarray).view(Table)
+    table.warnings = tuple(dict.fromkeys(d for group in groups for d in group.ground.warnings))
+    return table
+
+
+def _named(given: Any) -> dict[str, Any]:
+    """Questions or audiences by their names."""
+    if isinstance(given, Mapping):
+        return dict(given)
+    given = [given] if isinstance(given, str) else list(given)
+    return {"" if text is None else " ".join(text.split()): text for text in given}
+
+
+def _named_scripts(scripts: Any) -> list[tuple[str, Askable]]:
+    if isinstance(scripts, Mapping) and "frames" not in scripts:
+        return [(str(name), script) for name, script in scripts.items()]
+    if isinstance(scripts, Script | Record | str | Path | Mapping):
+        scripts = [scripts]
+    named = enumerate(scripts)
+    return [(str(s) if isinstance(s, str | Path) else str(number), s) for number, s in named]
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """What the scripts of a group have in common: their world, what questions about them may name,
+    what beliefs are conditioned on, and who watches."""
+
+    spec: Spec
+    module: Module
+    assumption: ty.Mask
+    audiences: tuple[Audience, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    @staticmethod
+    def of(told: Script | Stored, spec: Spec) -> _Ground:
+        return _Ground(spec, told.module, told.assumption, told.audiences, told.warnings)
+
+    def seen_by(self, audience: str | None) -> _Ground:
+        """The same before another audience; None is the story's own. Raises StoryError."""
+        if audience is None:
+            return self
+        source, words = Source("audience", audience), vocabulary_of(self.spec)
+        found = check_audience(source, words, self.module, self.audiences)
+        return replace(self, audiences=found)
+
+    def world(self, watch: Watch | None) -> World:
+        observers = (observer for each in self.audiences for observer in each.observers)
+        return ready_world(self.spec, viewers_of(self.spec, tuple(observers)), watch)
+
+
+@dataclass
+class _Group:
+    """Scripts of one story, world and length.
+
+    Attributes:
+        names, numbers, paths: of each.
+    """
+
+    ground: _Ground
+    names: list[str] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    paths: list[Trajectory] = field(default_factory=list)
+
+    @property
+    def length(self) -> int:
+        return len(self.paths[0].actions)
+
+
+class _Reader:
+    """Reads scripts; the worlds and stories in their files once each."""
+
+    def __init__(self) -> None:
+        self.known: dict[Any, Stored] = {}
+        self.groups: dict[Any, _Group] = {}
+
+    def add(self, number: int, name: str, script: Askable) -> None:
+        """Puts a script into its group. Raises StoryError."""
+        if isinstance(script, Script):
+            path = script.trajectory
+            key: Any = (self.key(script.record, None), script.assumption, script.audiences)
+            make = lambda: _Ground.of(script, script.world.spec)
+        else:
+            record, folder = _record(script), None
+            if isinstance(script, str | Path):
+                folder = Path(script).parent
+            key = self.key(record, folder)
+            if key not in self.known:
+                self.known[key] = stored(record, folder)
+            told = self.known[key]
+            path = told.read(record)
+            make = lambda: _Ground.of(told.of_length(len(path.actions)), told.spec)
+        key = (key, len(path.actions))
+        if key not in self.groups:
+            self.groups[key] = _Group(make())
+        group = self.groups[key]
+        group.names.append(name)
+        group.numbers.append(number)
+        group.paths.append(path)
+
+    def key(self, record: Record, folder: Path | None) -> tuple[Any, ...]:
+        """What a script's world and story depend on."""
+        return json.dumps(record.world), record.text, str(record.story.get("file")), folder
+
+
+def _record(script: Record | str | Path | Mapping[str, Any]) -> Record:
+    if isinstance(script, Record):
+        return script
+    if isinstance(script, str | Path):
+        return read_record(script)
+    return parse_record(Source("script", json.dumps(script)))
+
+
+def _groups(scripts: Sequence[tuple[str, Askable]]) -> list[_Group]:
+    """The scripts, read. Raises StoryError with the mistakes of all of them."""
+    reader = _Reader()
+    problems: list[Diagnostic] = []
+    for number, (name, script) in enumerate(scripts):
+        try:
+            reader.add(number, name, script)
+        except StoryError as problem:
+            problems.extend(problem.diagnostics)
+    if problems:
+        raise StoryError(problems)
+    return list(reader.groups.values())
+
+
+def _answer(
+    group: _Group,
+    questions: dict[str, str],
+    audiences: dict[str, str | None],
+    assume: str | None,
+    watch: Watch | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The rows of a group's scripts, and the number of the script of each."""
+    heads, parts = [], []
+    for audience, text in audiences.items():
+        ground = group.ground.seen_by(text)
+        world = ground.world(watch)
+        checked = [_checked(ground, world, q, group.length, assume) for q in questions.values()]
+        for question, query, value in zip(
+            questions, checked, _values(world, group.paths, checked), strict=True
+        ):
+            head, value = _rows(query, value)
+            head["question"], head["audience"] = question, audience
+            heads.append(head)
+            parts.append(value)
+    head, count = np.concatenate(heads), len(group.paths)
+    rows = np.tile(head, count)
+    rows["script"] = np.repeat(np.array(group.names, dtype=object), len(head))
+    rows["value"] = np.concatenate(parts, axis=1).reshape(-1)
+    return rows, np.repeat(group.numbers, len(head))
+
+
+def _checked(
+    ground: _Ground, world: World, expression: str, length: int, assume: str | None
+) -> TypedQuery:
+    return check_query(
+        Source("query", expression),
+        world.vocabulary,
+        ground.module,
+        length,
+        ground.assumption,
+        None if assume is None else Source("assume", assume),
+        ground.audiences,
+    )
+
+
+def _values(
+    world: World, paths: Sequence[Trajectory], queries: Sequence[TypedQuery]
+) -> list[np.ndarray]:
+    """The value of each question over all paths, [N], [N, n_t], [N, V] or [N, n_t, V]."""
+    size = max(1, AT_ONCE // len(paths[0].states))
+    found: list[list[np.ndarray]] = []
+    for first in range(0, len(paths), size):
+        some = paths[first : first + size]
+        states, actions = np.stack([p.states for p in some]), np.stack([p.actions for p in some])
+        frames = replay_all(world, states, actions, regrets=False)
+        found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
+    return [np.concatenate(parts) for parts in zip(*found, strict=True)]
+
+
+def _rows(query: TypedQuery, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rows of one script, all but its values, and the values of each, [N, rows]."""
+    axes = query.value.labels if isinstance(query.value, ty.Belief) else ()
+    events = [""]
+    if axes:
+        names = [tuple(f"{axis.name} = {v}" for v in axis.values) for axis in axes]
+        events = [", ".join(event) for event in product(*names)]
+        known = [all(v != UNKNOWN for v in values) for values in product(*(a.values for a in axes))]
+        # What plays no part is told only where there are hypotheses in which it plays none.
+        told = np.array(known) | (value > 0).any(tuple(range(value.ndim - 1)))
+        events, value = list(compress(events, told)), value[..., told]
+    times = [NO_FRAME] if query.times is None else list(query.times)
+    head = np.zeros(len(times) * len(events), COLUMNS)
+    head["t"] = np.repeat(times, len(events))
+    head["event"] = events * len(times)
+    return head, value.reshape(len(value), -1)

@@ -1,0 +1,144 @@
+"""The arrays of a grid world that is ready, and the layout of its actions. What they mean together,
+and the letters of their shapes, says model.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from i2pdsl.sizes import padded_size
+from i2pdsl.worlds.grid.spec import STAY
+
+Array = Any
+
+
+class Tables(NamedTuple):
+    """The numbers of a world under one or several observers.
+
+    Attributes:
+        cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
+        coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
+        absent []: the cell number of a thing that is not there, N.
+        success [C]: probability that a character's move succeeds.
+        cost [9]: reward of an action away from the goal.
+        gamma []: discount factor.
+        reward []: reward on the goal tile.
+        continuation: for each character [F * S, P], the value W after an action, before the
+            other's answer, for each planning problem (planning/value_iteration.py); of both who
+            act together, the value after the frame.
+        columns: for each character [O, H], the problem of a hypothesis; P where irrational.
+        sharpness: for each character [P], beta of the problem's observer.
+        goals: for each character [P, N + 1], whether a cell is the problem's goal.
+        log_prior [O, H]: the belief before anything moved.
+        forgetting [O]: share of belief that is reassigned after each action.
+        layer []: S, where there is a horizon; else None.
+        against: what each character expects of the other who acts together with it; else None.
+    """
+
+    cells: Array
+    lookup: Array
+    strides: Array
+    successor: tuple[Array, ...]
+    coordinates: Array
+    absent: Array
+    success: Array
+    cost: Array
+    gamma: Array
+    reward: Array
+    continuation: tuple[Array, ...]
+    columns: tuple[Array, ...]
+    sharpness: tuple[Array, ...]
+    goals: tuple[Array, ...]
+    log_prior: Array
+    forgetting: Array
+    layer: Array | None = None
+    against: tuple[Against, ...] | None = None
+
+
+class Against(NamedTuple):
+    """What a character expects of the other in each of its problems.
+
+    Attributes:
+        fixed [A, P]: how the other acts, wherever it is, where it is not seen through.
+        problem [P]: the other's problem that is seen through; None if there is none such.
+        known [P]: where that is so.
+        beta [P']: how sharply the other chooses in each of its problems.
+        rho [P]: how much its reward counts.
+        success []: the probability that each character's move succeeds; None where it is sure.
+    """
+
+    fixed: Array
+    problem: Array | None
+    known: Array
+    beta: Array
+    rho: Array
+    success: tuple[Array | None, ...]
+
+
+def arrangement(tables: Tables, state: Array) -> Array:
+    """A state without its frame."""
+    return state if tables.layer is None else state % tables.layer
+
+
+def padded(tables: Tables) -> Tables:
+    """The tables with states and cells up to sizes that worlds share, so that they share programs.
+
+    No number of a real state or cell leads to what is added.
+    """
+    states, cells = padded_size(len(tables.cells), 8192), padded_size(len(tables.coordinates), 128)
+    along = lambda axis, size: lambda a: _lengthened(a, axis, size)
+    return tables._replace(
+        cells=along(0, states)(tables.cells),
+        lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
+        successor=tuple(map(along(1, states), tables.successor)),
+        coordinates=along(0, cells)(tables.coordinates),
+        continuation=tuple(
+            along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
+        ),
+        goals=tuple(map(along(1, cells), tables.goals)),
+    )
+
+
+def _lengthened(array: np.ndarray, axis: int, size: int) -> np.ndarray:
+    widths = [(0, size - array.shape[axis] if i == axis else 0) for i in range(array.ndim)]
+    return np.pad(array, widths)
+
+
+@dataclass(frozen=True)
+class Moves:
+    """The static layout of actions: it does not depend on the numbers of a world.
+
+    `slots` numbers are kept for the cell that a thing falls on, at least as many as there are
+    cells, so that maps of about one size share programs; none where nothing falls.
+    """
+
+    weak: tuple[bool, ...]
+    slots: int
+    entities: int
+    events: tuple[int, ...]  # the entity that each event drops
+    actions: tuple[int, ...]  # how many each character has
+    alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
+    frames: int = 1  # F
+    together: bool = False
+
+    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
+        """(action, success) for each outcome of a character; staying cannot fail."""
+        succeed = tuple((a, True) for a in range(self.actions[who]))
+        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
+        return succeed + fail if self.weak[who] else succeed
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
+
+    @property
+    def turn_count(self) -> int:
+        first, *rest = self.counts
+        return first * (rest[0] if rest else 1)
+
+
+def namespace(array: Array) -> Any:
+    """numpy or jax.numpy, whichever the array belongs to."""
+    return array.__array_namespace__()

@@ -1,0 +1,117 @@
+"""What can be asked of the states and frames of a grid world, as functions of arrays (model.py)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from i2pdsl.worlds.grid.arrays import Moves, Tables, arrangement, namespace
+from i2pdsl.worlds.grid.model import chosen_at, decode, steps
+from i2pdsl.worlds.grid.spec import ALL_OFFSETS, STAY
+
+Array = Any
+
+
+def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, Array]:
+    """Which weak characters made a move that could succeed, and whose did: [..., weak] each."""
+    xp = namespace(tables.cells)
+    done, _ = steps(tables, moves, state, action)
+    tried, succeeded = [], []
+    for who, weak in enumerate(moves.weak):
+        if weak:
+            _, success = decode(moves, who, action, xp)
+            tried.append(done[who].would)
+            succeeded.append(done[who].would & success)
+    return xp.stack(tried, axis=-1), xp.stack(succeeded, axis=-1)
+
+
+def is_turn(
+    tables: Tables,
+    moves: Moves,
+    before: Array,
+    action: Array,
+    acts: tuple[tuple[int, bool] | None, ...],
+) -> Array:
+    """Whether everybody does so: (action, whether it fails) for each, None for anything."""
+    xp = namespace(tables.cells)
+    each, _ = steps(tables, moves, before, action)
+    done = action < moves.turn_count
+    for who, act in enumerate(acts):
+        if act is None:
+            continue
+        chosen, success = decode(moves, who, action, xp)
+        done &= (chosen == act[0]) & (success != act[1])
+        if act[1]:  # what is in the way makes no move fail
+            done &= each[who].would
+    return done
+
+
+def feature(
+    tables: Tables,
+    moves: Moves,
+    name: str,
+    arguments: tuple[Any, ...],
+    state: Array,
+    before: Array | None = None,
+    action: Array | None = None,
+) -> Array:
+    """Whether a predicate holds at `state`, or in the frame that led from `before` to it.
+
+    Entities are numbers; a place is given by its cell numbers [n]. What is asked of pairs of
+    cells comes with its table, [(N + 1)^2]; of a cell and a place [N + 1] and None for the place.
+    """
+    xp, here = namespace(tables.cells), arrangement(tables, state)
+    match name:
+        case "at":
+            entity, places = arguments
+            return (tables.cells[here, entity][..., None] == xp.asarray(places)).any(-1)
+        case "absent":
+            return tables.cells[here, arguments[0]] == tables.absent
+        case "adjacent" | "touching":
+            return _adjacent(tables, here, *arguments)
+        case "sees" | "distance":
+            entity, other, table = arguments
+            place = tables.cells[here, entity]
+            if other is not None:
+                place = place * (tables.absent + 1) + tables.cells[here, other]
+            return xp.asarray(table)[place]
+    assert before is not None
+    assert action is not None
+    is_turn = action < moves.turn_count
+    if name == "fell":
+        gone = tables.cells[arrangement(tables, before), arguments[0]] == tables.absent
+        return gone & (tables.cells[here, arguments[0]] != tables.absent)
+    who = arguments[0]
+    act, _ = decode(moves, who, action, xp)
+    if name in ("tried", "idle"):
+        tried = is_turn & (act != STAY)
+        return tried if name == "tried" else ~tried
+    if name == "faces":
+        seen = arrangement(tables, chosen_at(tables, moves, before, action)[who])
+        return is_turn & _ahead(tables, seen, who, act, arguments[1])
+    entity = who if name == "moved" else arguments[1]
+    step = steps(tables, moves, before, action)[0][who]
+    left, now = tables.cells[step.before, entity], tables.cells[step.after, entity]
+    changed = left != now
+    for group in moves.alike:
+        if entity in group:  # whoever of them stood there is there no more
+            now = tables.cells[step.after][..., list(group)]
+            changed = (left[..., None] != now).all(-1)
+    return is_turn & changed if name == "moved" or entity != who else is_turn & False
+
+
+def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Array:
+    """Whether an action points to an entity or a place: into the quarter in which that lies."""
+    xp = namespace(tables.cells)
+    here = tables.coordinates[tables.cells[state, who]]
+    there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
+    way = tables.coordinates[there] - here[..., None, :]
+    ahead = (way * xp.asarray(ALL_OFFSETS)[act][..., None, :]).sum(-1)
+    return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there != tables.absent)).any(-1)
+
+
+def _adjacent(tables: Tables, state: Array, a: int, b: int) -> Array:
+    """Whether two entities stand on neighbouring cells (both must be there)."""
+    first, second = tables.cells[state, a], tables.cells[state, b]
+    present = (first != tables.absent) & (second != tables.absent)
+    distance = abs(tables.coordinates[first] - tables.coordinates[second]).sum(-1)
+    return present & (distance == 1)
