@@ -66,9 +66,9 @@ def simulated(folder: Path, truth: dict[str, float], seed: int) -> Path:
 def fitted(folder: Path) -> tuple[Outcome, Path]:
     table = simulated(folder, TRUTH, 0)
     out = folder / "people.toml"
-    given = ("--question", QUESTION, "--scale", "100", "--chains", "2", "--draws", "100")
+    given = ("--question", QUESTION, "--scale", "100", "--chains", "2", "--draws", "60")
     return process(
-        *("fit", table, "-o", out, *given, "--warmup", "160", "--vary", "nothing", "--json")
+        *("fit", table, "-o", out, *given, "--warmup", "100", "--vary", "nothing", "--json")
     ), out
 
 
@@ -98,7 +98,7 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
     (person,) = read_people(out)
     assert person.sharpness == pytest.approx(told["estimates"]["sharpness"]["mean"], rel=0.1)
     data = arviz.from_netcdf(out.with_suffix(".nc"))
-    assert data.posterior["sharpness"].shape == (2, 100)
+    assert data.posterior["sharpness"].shape == (2, 60)
     assert data.log_likelihood["answer"].shape[-1] == 288
     assert out.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
     text = 'world small\nlength 3\naudience "people.toml"\nmaximize depict(rho > 0)\n'

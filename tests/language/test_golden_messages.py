@@ -46,6 +46,7 @@ ELSEWHERE = {
     "no-training": "tests/test_cli_hill.py",
     "command": "tests/repl",
     "unmet": "tests/search/test_requirements.py",
+    "positions": "tests/test_positions.py",
 }
 
 
