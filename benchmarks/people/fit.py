@@ -81,7 +81,7 @@ def counted_cues(people: Study) -> np.ndarray:
         moves.append(sum(a != b for a, b in pairwise(places)))
     column = np.array([float(moves[question.script]) for question in people.questions])
     column = (column - column.mean()) / column.std()
-    return np.column_stack([cues(people, CUES), column])
+    return np.column_stack([cues(people.scripts, people.questions, CUES), column])
 
 
 def main() -> None:

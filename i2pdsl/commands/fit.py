@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,7 +12,7 @@ from i2pdsl.output import DONE, INTERRUPTED, WRONG, check_writable, output, outp
 
 if TYPE_CHECKING:
     from i2pdsl.fit.judgements import Choice
-    from i2pdsl.fit.report import Report
+    from i2pdsl.fit.report import Comparison, Report
 
 _VARYING = "prior, sharpness, forgetting, lapse, noise, bias, slope"
 
@@ -38,6 +38,19 @@ _VARYING = "prior, sharpness, forgetting, lapse, noise, bias, slope"
     help="A setting of how characters plan, and the values that are tried.",
 )
 @click.option("--fix", multiple=True, metavar="NAME=VALUE", help="A parameter that is not fitted.")
+@click.option(
+    "--against",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Another audience to compare with, in which this is fixed.",
+)
+@click.option(
+    "--cue",
+    "cues",
+    multiple=True,
+    metavar="EXPR",
+    help="Something that can be counted in a script: a baseline without planning.",
+)
 @click.option("--vary", default=None, metavar="NAMES", help=f"In what people differ: {_VARYING}.")
 @click.option("--viewers", type=click.IntRange(1, 64), default=4, help="Of the audience's file.")
 @click.option("--chains", type=click.IntRange(1, 64), default=4)
@@ -53,6 +66,8 @@ def fit(
     scale: float,
     grid: tuple[str, ...],
     fix: tuple[str, ...],
+    against: tuple[str, ...],
+    cues: tuple[str, ...],
     vary: str | None,
     viewers: int,
     chains: int,
@@ -70,39 +85,43 @@ def fit(
     options = [_choice(text) for text in choices]
     tried = dict(_numbers(text, "--grid") for text in grid)
     fixed = {name: values[0] for name, values in (_numbers(text, "--fix") for text in fix)}
+    others = {text: _numbers(text, "--against") for text in against}
     varies = _varying(vary)
     if out is not None:
         check_writable(Path(out).parent)
     judgements = read_judgements(table, scale, question, dict(options))
     with Bars("fitting") as bars:
         from i2pdsl.fit.fit import fit as fitted_to
-        from i2pdsl.fit.fit import settings_of, study
+        from i2pdsl.fit.fit import fit_cues, settings_of, study
 
         people = study(judgements, Path(table).parent, scale, dict(options), bars.watch)
         parameters, settings = settings_of(people, fixed, tried)
+        changed = {
+            text: settings_of(people, {**fixed, name: values[0]}, {})
+            for text, (name, values) in others.items()
+        }
         with computing(bars.say):
-            from i2pdsl.fit.report import Report
+            from i2pdsl.fit.report import Report, compared
 
-            found = fitted_to(
-                people,
-                tried,
-                parameters,
-                settings,
-                varies,
-                chains=chains,
-                warmup=warmup,
-                draws=draws,
-                seed=seed,
-                watch=bars.watch,
-                report=bars.fitting,
-            )
+            told: dict[str, Any] = {"chains": chains, "warmup": warmup, "draws": draws}
+            told |= {"seed": seed, "report": bars.fitting}
+            audience = {**told, "varies": varies, "watch": bars.watch}
+            found = fitted_to(people, tried, parameters, settings, **audience)
             report = Report(found)
+            reports = {"this audience": report}
+            for text, (own, of_world) in changed.items():
+                rest = {name: values for name, values in tried.items() if name not in of_world}
+                reports[text] = Report(fitted_to(people, rest, own, of_world, **audience))
+            if cues:
+                reports["cues"] = Report(fit_cues(people, cues, **told))
+            comparison = compared(reports) if len(reports) > 1 else ()
             files = {} if out is None else _written(report, Path(out), table, viewers)
             document = report.as_json()
+            document["comparison"] = [vars(each) for each in comparison]
     if as_json:
         output_json(document | {"files": files})
     else:
-        output(in_words(report, files))
+        output(in_words(report, comparison, files))
     for problem in report.disagreements:
         click.echo(f"the chains do not agree: {problem}", err=True)
     if report.disagreements:
@@ -129,7 +148,7 @@ def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, s
     return {"audience": str(out), "draws": str(draws), "picture": str(picture)}
 
 
-def in_words(report: Report, files: dict[str, str]) -> str:
+def in_words(report: Report, comparison: tuple[Comparison, ...], files: dict[str, str]) -> str:
     """The report as people read it."""
     study = report.fitted.study
     r, rmse = report.agreement
@@ -153,8 +172,20 @@ def in_words(report: Report, files: dict[str, str]) -> str:
             f"end of the slider {100 * checks['at_ends_people']:.3g} %, of the model "
             f"{100 * checks['at_ends_model']:.3g} %"
         )
+    lines += _table(comparison)
     lines += [f"{name}: {path}" for name, path in files.items()]
     return "\n".join(lines)
+
+
+def _table(comparison: tuple[Comparison, ...]) -> list[str]:
+    if not comparison:
+        return []
+    width = max(len(one.name) for one in comparison)
+    lines = ["", f"{'':{width}} leave one out  worse by  error  (over people)       r     RMSE"]
+    for one in comparison:
+        figures = f"{one.loo:13.5g} {one.difference:9.4g} {one.se:6.3g} {one.se_people:14.3g}"
+        lines.append(f"{one.name:{width}} {figures} {one.r:7.3f} {one.rmse:8.4g}")
+    return [*lines, ""]
 
 
 def _choice(text: str) -> tuple[str, Choice]:
@@ -175,8 +206,8 @@ def _numbers(text: str, option: str) -> tuple[str, Sequence[float]]:
         values = [float(part) for part in rest.split(",")]
     except ValueError:
         values = []
-    if not equals or not values or (option == "--fix" and len(values) > 1):
-        message = f"{text!r} is not NAME={'VALUE' if option == '--fix' else 'V1,V2'}"
+    if not equals or not values or (option != "--grid" and len(values) > 1):
+        message = f"{text!r} is not NAME={'V1,V2' if option == '--grid' else 'VALUE'}"
         raise click.BadParameter(message, param_hint=option)
     return name.strip(), values
 

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
-from i2pdsl.fit.fit import Study
+from i2pdsl.fit.viewers import Question
+from i2pdsl.scripts import Script
 
 
-def cues(study: Study, expressions: Sequence[str]) -> np.ndarray:
+def cues(
+    scripts: Mapping[str, Script], questions: Sequence[Question], expressions: Sequence[str]
+) -> np.ndarray:
     """The values of expressions at each cell, [C, F], less their means and in units of their
     standard deviations: `sum_t [pushes(robot, cheese) @ script[t]]` counts all frames of a script,
     `[at(robot, pink) @ script[t]]` is asked after the frame that the cell is about.
 
     Raises StoryError where one of them is no number.
     """
-    scripts = list(study.scripts.values())
-    table = np.empty((len(study.questions), len(expressions)))
+    table = np.empty((len(questions), len(expressions)))
     for column, text in enumerate(expressions):
-        answers = [script.ask(text) for script in scripts]
-        for number, question in enumerate(study.questions):
+        answers = [script.ask(text) for script in scripts.values()]
+        for number, question in enumerate(questions):
             answer = answers[question.script]
             if answer.labels is not None or answer.axes:
                 raise error("cue", f"`{text}` is no number", whole_file("cue"))

@@ -12,8 +12,9 @@ import jax
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, StoryError, did_you_mean, error, first_of, whole_file
+from i2pdsl.fit.cues import cues
 from i2pdsl.fit.judgements import Choice, Judgement
-from i2pdsl.fit.model import RESPONSE, USUALLY_VARY, VIEWER, Asked, Latent, Model, Watching
+from i2pdsl.fit.model import RESPONSE, USUALLY_VARY, VIEWER, Asked, Cues, Latent, Model, Watching
 from i2pdsl.fit.sampling import Draws, Report, alike, draw, modes
 from i2pdsl.fit.viewers import Answers, Question, Watched, what_is_seen
 from i2pdsl.language import typed as ty
@@ -294,6 +295,23 @@ def fit(
         plans, nodes = _plausible(model, plans, nodes, study.asked)
     found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
     return Fitted(study, model, tuple(plans), nodes, found)
+
+
+def fit_cues(
+    study: Study,
+    expressions: Sequence[str],
+    chains: int = 4,
+    warmup: int = 400,
+    draws: int = 400,
+    seed: int = 0,
+    report: Report | None = None,
+) -> Fitted:
+    """Fits what can be counted in a film (cues.py) to the same judgements, as a baseline."""
+    answering = {"slope": 1.0, "bias": 0.0}  # weights do the same
+    model = Model(Cues(tuple(expressions)), len(study.people), answering)
+    nodes = cues(study.scripts, study.questions, expressions)[None]
+    found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
+    return Fitted(study, model, ((),), nodes, found)
 
 
 def _plausible(model: Model, plans: list[Plan], nodes: Any, asked: Asked) -> tuple[list[Plan], Any]:

@@ -3,6 +3,7 @@ are predicted, and the audience as a file."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -263,30 +264,12 @@ class Report:
         data.add_groups(log_likelihood=arviz.dict_to_dataset({"answer": logs}, coords={}, dims={}))
         return data
 
-    def by_person(self) -> Any:
-        """As `data`, with one log-likelihood for each person: what would be seen of a new one
-        cannot be said from these, but who is not explained can."""
-        arviz = optional("arviz", "fit")
-        logs = self.data.log_likelihood["answer"].values
-        person = self.fitted.study.asked.person
-        summed = [logs[..., person == n].sum(-1) for n in range(len(self.fitted.study.people))]
-        data = self.data.copy()
-        del data.log_likelihood
-        dataset = arviz.dict_to_dataset({"answer": np.stack(summed, -1)}, coords={}, dims={})
-        data.add_groups(log_likelihood=dataset)
-        return data
-
     @cached_property
     def loo(self) -> dict[str, float]:
         """Leave-one-out cross-validation by Pareto smoothing (Vehtari, Gelman and Gabry 2017, DOI
         10.1007/s11222-016-9696-4) and WAIC, in nats: `loo`, its standard error, `p_loo`, `bad`,
         the share of rows whose Pareto k is above .7, and `waic`."""
-        import warnings
-
-        arviz = optional("arviz", "fit")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            loo, waic = arviz.loo(self.data, pointwise=True), arviz.waic(self.data)
+        loo, waic = self._left_out
         return {
             "loo": float(loo.elpd_loo),
             "se": float(loo.se),
@@ -294,6 +277,19 @@ class Report:
             "bad": float((loo.pareto_k > 0.7).mean()),
             "waic": float(waic.elpd_waic),
         }
+
+    @cached_property
+    def _left_out(self) -> tuple[Any, Any]:
+        arviz = optional("arviz", "fit")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return arviz.loo(self.data, pointwise=True), arviz.waic(self.data)
+
+    @property
+    def left_out(self) -> np.ndarray:
+        """log of the probability of each answer by a model that was fitted to the others, [R]."""
+        found: np.ndarray = np.asarray(self._left_out[0].loo_i.values)
+        return found
 
     def as_json(self) -> dict[str, Any]:
         """The document of `i2p fit --json`."""
@@ -359,6 +355,36 @@ def _person(
         for latent in watching.latents
     }
     return Person(float(viewer.sharpness), float(viewer.forgetting), prior, settings)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An audience beside the first: leave-one-out in nats, how much better the first is, with the
+    standard error of that, over answers and over people, and r and RMSE of the means."""
+
+    name: str
+    loo: float
+    difference: float
+    se: float
+    se_people: float
+    r: float
+    rmse: float
+
+
+def compared(reports: Mapping[str, Report]) -> tuple[Comparison, ...]:
+    """Models of the same judgements, the best first. An audience is better by so many nats as it
+    explains answers better that it was not fitted to."""
+    best = max(reports, key=lambda name: reports[name].left_out.sum())
+    person = reports[best].fitted.study.asked.person
+    found = []
+    for name, report in reports.items():
+        apart = reports[best].left_out - report.left_out
+        each = np.bincount(person, apart)
+        error = lambda x: float(np.sqrt(len(x) * x.var(ddof=1))) if len(x) > 1 else float("nan")
+        total = float(report.left_out.sum())
+        figures = (total, float(apart.sum()), error(apart), error(each), *report.agreement)
+        found.append(Comparison(name, *figures))
+    return tuple(sorted(found, key=lambda one: -one.loo))
 
 
 def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:

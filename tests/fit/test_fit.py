@@ -67,9 +67,9 @@ def fitted(folder: Path) -> tuple[Outcome, Path]:
     table = simulated(folder, TRUTH, 0)
     out = folder / "people.toml"
     given = ("--question", QUESTION, "--scale", "100", "--chains", "2", "--draws", "60")
-    return process(
-        *("fit", table, "-o", out, *given, "--warmup", "100", "--vary", "nothing", "--json")
-    ), out
+    baseline = ("--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t")
+    given = (*given, *baseline, "--warmup", "100", "--vary", "nothing", "--json")
+    return process("fit", table, "-o", out, *given), out
 
 
 def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
@@ -105,6 +105,15 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
     (folder / "to-people.story").write_text(text)
     (observer,) = i2pdsl.load(folder / "to-people.story").typed.observers
     assert observer.sharpness == person.sharpness
+
+
+def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Path]) -> None:
+    first, second = json.loads(fitted[0].out)["comparison"]
+    assert (first["name"], second["name"]) == ("this audience", "cues")
+    assert first["difference"] == 0
+    assert second["difference"] == pytest.approx(first["loo"] - second["loo"])
+    assert second["difference"] > 2 * second["se"] > 0
+    assert first["rmse"] < second["rmse"]
 
 
 def run(folder: Path, *rows: str, options: tuple[str, ...] = ()) -> Outcome:
