@@ -52,11 +52,15 @@ _VARYING = "prior, sharpness, forgetting, lapse, noise, bias, slope"
     help="Something that can be counted in a script: a baseline without planning.",
 )
 @click.option("--vary", default=None, metavar="NAMES", help=f"In what people differ: {_VARYING}.")
-@click.option("--viewers", type=click.IntRange(1, 64), default=4, help="Of the audience's file.")
-@click.option("--chains", type=click.IntRange(1, 64), default=4)
-@click.option("--draws", type=click.IntRange(20, 100_000), default=400, help="Of each chain.")
-@click.option("--warmup", type=click.IntRange(20, 100_000), default=400)
-@click.option("--seed", type=click.IntRange(0), default=0)
+@click.option(
+    "--viewers", type=click.IntRange(1, 64), default=4, help="Of the audience's file, at most; 4."
+)
+@click.option("--chains", type=click.IntRange(1, 64), default=4, help="4 by default.")
+@click.option("--draws", type=click.IntRange(20, 100_000), default=400, help="Of each chain; 400.")
+@click.option(
+    "--warmup", type=click.IntRange(20, 100_000), default=400, help="Draws before those; 400."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, help="Of the chains; 0.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def fit(
     table: str,
@@ -88,6 +92,8 @@ def fit(
     others = {text: _numbers(text, "--against") for text in against}
     varies = _varying(vary)
     if out is not None:
+        if Path(out).suffix != ".toml":
+            raise click.BadParameter(f"{out!r} does not end in .toml", param_hint="--out")
         check_writable(Path(out).parent)
     judgements = read_judgements(table, scale, question, dict(options))
     with Bars("fitting") as bars:
@@ -122,8 +128,10 @@ def fit(
         output_json(document | {"files": files})
     else:
         output(in_words(report, comparison, files))
+    if report.is_thin:
+        click.echo(f"warning: {report.is_thin}", err=True)
     for problem in report.disagreements:
-        click.echo(f"the chains do not agree: {problem}", err=True)
+        click.echo(f"the chains have not converged: {problem}", err=True)
     if report.disagreements:
         click.echo("more draws (`--warmup`, `--draws`), or fewer parameters (`--fix`)", err=True)
     if not found.draws.finished:

@@ -14,7 +14,17 @@ import numpy as np
 from i2pdsl.errors import Diagnostic, StoryError, did_you_mean, error, first_of, whole_file
 from i2pdsl.fit.cues import cues
 from i2pdsl.fit.judgements import Choice, Judgement
-from i2pdsl.fit.model import RESPONSE, USUALLY_VARY, VIEWER, Asked, Cues, Latent, Model, Watching
+from i2pdsl.fit.model import (
+    POSSIBLE,
+    RESPONSE,
+    USUALLY_VARY,
+    VIEWER,
+    Asked,
+    Cues,
+    Latent,
+    Model,
+    Watching,
+)
 from i2pdsl.fit.sampling import Draws, Report, alike, draw, modes
 from i2pdsl.fit.viewers import Answers, Question, Watched, what_is_seen
 from i2pdsl.language import typed as ty
@@ -173,6 +183,12 @@ def _question(script: Script, text: str, number: int, frame: int) -> Question:
     if query.times is not None and frame not in query.times:
         message = f"this cannot be asked after frame {frame}"
         raise error("question", message, whole_file("query"))
+    fixed = [n for n in ty.walk(query.value) if isinstance(n, ty.Moment) and n.first is None]
+    looks_ahead = any(max(moment.frames) > frame for moment in fixed)
+    if frame < script.length and (query.times is None or looks_ahead):
+        message = f"this looks at frames that nobody has seen after frame {frame}"
+        hint = "ask about `script[:t]`, or after the last frame, `T`"
+        raise error("question", message, whole_file("query"), hint)
     return Question(number, query.value, query.times, frame)
 
 
@@ -235,6 +251,10 @@ def settings_of(
     known = {name: setting for name, setting in words.settings.items() if not setting.reshapes}
     for name, values in [*((n, [v]) for n, v in fixed.items()), *grid.items()]:
         if (name in VIEWER or name in RESPONSE) and name not in grid:
+            low, high = POSSIBLE[name]
+            if not low <= values[0] <= high:
+                message = f"`{name}` cannot be {values[0]:g}: it is between {low:g} and {high:g}"
+                raise error("setting", message, whole_file("fit"))
             parameters[name] = values[0]
             continue
         if name not in known:

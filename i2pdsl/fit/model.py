@@ -64,6 +64,15 @@ VIEWER = {
     "sharpness": Scale(jnp.exp, 0.0, 1.0, 0.5),
     "forgetting": Scale(_share, -5.0, 2.0, 0.5),
 }
+POSSIBLE = {
+    "sharpness": (1e-3, 1e3),
+    "forgetting": (0.0, 0.5),
+    "lapse": (0.0, 0.99),
+    "noise": (1e-3, 1e3),
+    "bias": (-100.0, 100.0),
+    "slope": (1e-3, 1e3),
+}
+"""What they can be where they are not fitted."""
 WEIGHT = Scale(_same, 0.0, 1.0, 0.5)
 
 USUALLY_VARY = ("prior", "lapse", "noise", "bias")

@@ -121,10 +121,18 @@ class Report:
         told = []
         for name, estimate in self.estimates.items():
             if not estimate.rhat <= AGREE:
-                told.append(f"R-hat of {name} is {estimate.rhat:.3f}, above {AGREE:g}")
+                told.append(f"R-hat of {name} is {estimate.rhat:.4f}, above {AGREE:g}")
             elif not estimate.ess >= ENOUGH:
                 told.append(f"{name} has {estimate.ess:.0f} effective draws, fewer than {ENOUGH:g}")
         return told
+
+    @property
+    def is_thin(self) -> str | None:
+        """What is to be said where there are too few answers to learn from."""
+        count, own = len(self.fitted.study.asked.answer), len(self.fitted.model.scales)
+        if count > 3 * own:
+            return None
+        return f"{count} answers for {own} parameters: most of what is estimated was thought before"
 
     # Predictions.
 

@@ -7,19 +7,21 @@ does not have count for nothing there, so that viewers fitted in one world can w
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from i2pdsl.errors import Source, Span, error
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error
 from i2pdsl.language.statements import read_source
 from i2pdsl.language.story import Observer
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.untrusted import mismatch
 
 FORMAT, VERSION = "i2p-audience", 1
+_HEAD = re.compile(r"\s*\[\[\s*viewer\s*\]\]")
 MOST_VIEWERS = 64  # of a file: a story's search thinks for each of them
 
 
@@ -62,8 +64,8 @@ def read_people(path: Path, here: Span | None = None) -> tuple[Person, ...]:
     """The viewers of a file. Raises StoryError, at `here` where there is no such file."""
     try:
         source = read_source(path)
-    except Exception as problem:
-        if here is None or not hasattr(problem, "diagnostics"):
+    except StoryError:
+        if here is None:
             raise
         message = f"there is no audience file `{path.name}`"
         hint = "`i2p fit` makes one; its path is relative to this file"
@@ -71,13 +73,21 @@ def read_people(path: Path, here: Span | None = None) -> tuple[Person, ...]:
     try:
         document = tomllib.loads(source.text)
     except tomllib.TOMLDecodeError as problem:
-        raise error("audience", f"it is not TOML: {problem}", _whole(source)) from None
+        raise error("audience", f"it is not TOML: {problem}", _line(source, 1)) from None
     document = {"fitted": {}, **document}
     wrong = mismatch(document, _SHAPE, "the file")
     if wrong is None and not 1 <= len(document["viewer"]) <= MOST_VIEWERS:
         wrong = f"the file has {len(document['viewer'])} viewers, not 1 to {MOST_VIEWERS}"
     if wrong:
-        raise error("audience", wrong, _whole(source), "`i2p fit` writes such files")
+        raise error("audience", wrong, _line(source, 1), "`i2p fit` writes such files")
+    lines = [n for n, line in enumerate(source.text.splitlines(), 1) if _HEAD.match(line)]
+    problems = [
+        Diagnostic("audience", told, _line(source, lines[n] if n < len(lines) else 1))
+        for n, viewer in enumerate(document["viewer"])
+        if (told := _viewer(viewer, f"viewer {n + 1}"))
+    ]
+    if problems:
+        raise StoryError(problems)
     return tuple(
         Person(
             float(each["sharpness"]),
@@ -89,9 +99,8 @@ def read_people(path: Path, here: Span | None = None) -> tuple[Person, ...]:
     )
 
 
-def _whole(source: Source) -> Span:
-    end = source.line_range(1)[1]
-    return Span(source, 0, end)
+def _line(source: Source, number: int) -> Span:
+    return Span(source, *source.line_range(number))
 
 
 def _between(low: float, high: float) -> Any:
@@ -104,9 +113,10 @@ def _between(low: float, high: float) -> Any:
     return wrong
 
 
-def _viewer(value: Any) -> str | None:
+def _viewer(value: Any, name: str) -> str | None:
+    """What is wrong with a viewer."""
     if not isinstance(value, dict):
-        return "is no table"
+        return f"{name} is no table"
     whole = {"prior": {}, "settings": {}, **value}
     shape = {
         "sharpness": _between(1e-3, 1e3),
@@ -114,7 +124,7 @@ def _viewer(value: Any) -> str | None:
         "prior": {str: {str: _between(0.0, 1e6)}},
         "settings": {str: _between(-1e6, 1e6)},
     }
-    return mismatch(whole, shape, "a viewer")
+    return mismatch(whole, shape, name)
 
 
 def _is(wanted: Any) -> Any:
@@ -129,7 +139,7 @@ _SHAPE = {
     "format": _is(FORMAT),
     "version": _is(VERSION),
     "fitted": _anything,
-    "viewer": [_viewer],
+    "viewer": [_anything],
 }
 
 
