@@ -26,6 +26,12 @@ from worlds_for_tests import with_small_world
 NAIVE = "world small\nlength 3\nmaximize depict(rho > 0)\n"  # needs no compiler
 
 
+@pytest.fixture(autouse=True)
+def is_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker of pytest-xdist lacks what every program has, and what new processes ask for."""
+    monkeypatch.setattr(sys.modules["__main__"], "__spec__", None, raising=False)
+
+
 @pytest.fixture
 def place(tmp_path: Path) -> Path:
     folder = with_small_world(tmp_path)

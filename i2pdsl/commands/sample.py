@@ -11,7 +11,6 @@ from i2pdsl.commands.arguments import Assignment
 from i2pdsl.commands.inputs import load_story
 from i2pdsl.errors import display_width, padded
 from i2pdsl.output import check_writable, output, output_json, show
-from i2pdsl.tables import as_csv
 
 if TYPE_CHECKING:
     from i2pdsl.sampling import Confusion
@@ -46,6 +45,7 @@ def sample(
     """
     from i2pdsl.progress import Bars
     from i2pdsl.resources import write_text
+    from i2pdsl.tables import as_csv
 
     folder = Path(out)
     check_writable(folder)

@@ -10,7 +10,6 @@ from typing import Any
 import click
 
 from i2pdsl.output import finite, output_json
-from i2pdsl.tables import as_csv
 
 
 def write_table(columns: Mapping[str, Sequence[Any]], out: Path | None, as_json: bool) -> None:
@@ -19,6 +18,7 @@ def write_table(columns: Mapping[str, Sequence[Any]], out: Path | None, as_json:
     Numbers are written in full: the shortest decimals that are read as the same number.
     """
     from i2pdsl.resources import write_text
+    from i2pdsl.tables import as_csv
 
     if out is None and as_json:
         output_json(_rows(columns))

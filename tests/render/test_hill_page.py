@@ -131,7 +131,7 @@ def test_the_player_plays_in_the_worlds_time(open_page):
 
     shown = open_page(page(), motion="no-preference")
     expect(shown.locator("#counter")).to_have_text("40 / 40")
-    assert shown.locator("#play").get_attribute("aria-label") == "Play"
+    expect(shown.locator("#play")).to_have_attribute("aria-label", "Play")
 
 
 @pytest.mark.browser
