@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,34 +71,31 @@ def script_files(path: str) -> list[Path]:
     """The file itself, or all scripts of a folder and those in it, but hidden ones."""
     from i2pdsl.worlds.record import FORMAT
 
-    place = Path(path)
-    if not place.is_dir():
-        return [place]
-    found = []
-    for folder, inner, names in os.walk(place):
-        inner[:] = [name for name in inner if not name.startswith(".")]
-        for name in names:
-            file = Path(folder, name)
-            if file.suffix == ".json" and not name.startswith("."):
-                with open(file, encoding="utf-8", errors="replace") as opened:
-                    if FORMAT in opened.read(200):  # other programs' files lie there, too
-                        found.append(file)
-    if not found:
-        raise error("no-file", "there are no scripts in this folder", whole_file(path))
-    return sorted(found)
+    def is_script(file: Path) -> bool:
+        if file.suffix != ".json" or file.name.startswith("."):
+            return False
+        with open(file, encoding="utf-8", errors="replace") as opened:
+            return FORMAT in opened.read(200)  # other programs' files lie there, too
+
+    return _files(path, is_script, "scripts")
 
 
 def story_files(path: str) -> list[Path]:
     """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
+    return _files(path, lambda file: file.name.endswith((".story", ".world")), "stories")
+
+
+def _files(path: str, is_one: Callable[[Path], bool], what: str) -> list[Path]:
+    """The file itself, or those of a folder that are wanted, but not of hidden folders."""
     place = Path(path)
     if not place.is_dir():
         return [place]
-    found = []
+    found: list[Path] = []
     for folder, inner, names in os.walk(place):
         inner[:] = [name for name in inner if not name.startswith(".")]
-        found += [Path(folder, name) for name in names if name.endswith((".story", ".world"))]
+        found += filter(is_one, (Path(folder, name) for name in names))
     if not found:
-        raise error("no-file", "there are no stories in this folder", whole_file(path))
+        raise error("no-file", f"there are no {what} in this folder", whole_file(path))
     return sorted(found)
 
 

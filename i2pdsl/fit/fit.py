@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -11,7 +11,15 @@ from typing import Any
 import jax
 import numpy as np
 
-from i2pdsl.errors import Diagnostic, StoryError, did_you_mean, error, first_of, whole_file
+from i2pdsl.errors import (
+    MOST_SHOWN,
+    Diagnostic,
+    StoryError,
+    did_you_mean,
+    error,
+    first_of,
+    whole_file,
+)
 from i2pdsl.fit.cues import cues
 from i2pdsl.fit.judgements import Choice, Judgement
 from i2pdsl.fit.model import (
@@ -92,7 +100,6 @@ def study(
     scale: float = 1.0,
     choices: Mapping[str, Choice] | None = None,
     watch: Watch | None = None,
-    load: Callable[[Path], Script] | None = None,
 ) -> Study:
     """Reads the scripts of a table and checks its questions.
 
@@ -101,7 +108,6 @@ def study(
 
     Raises StoryError with all mistakes, at the cells that name what is wrong.
     """
-    load = load or (lambda path: Script.load(path, watch))
     problems: list[Diagnostic] = []
     scripts: dict[str, Script] = {}
     broken: set[str] = set()
@@ -109,7 +115,7 @@ def study(
         if each.script in scripts or each.script in broken:
             continue
         try:
-            scripts[each.script] = load(folder / each.script)
+            scripts[each.script] = Script.load(folder / each.script, watch)
         except StoryError as problem:
             broken.add(each.script)
             first = problem.diagnostics[0]
@@ -121,7 +127,7 @@ def study(
     rows: list[list[int]] = []
     numbers = {name: number for number, name in enumerate(scripts)}
     for each in judgements:
-        if each.script not in scripts or len(problems) > 200:
+        if each.script not in scripts or len(problems) > MOST_SHOWN:
             continue
         script = scripts[each.script]
         choice = (choices or {}).get(each.question)
@@ -140,7 +146,6 @@ def study(
                 except StoryError as problem:
                     first = problem.diagnostics[0]
                     problems.append(each.wrong("question", first.message, first.hint))
-                    broken.add(each.question)
                     break
                 cells[key] = len(questions)
                 questions.append(question)

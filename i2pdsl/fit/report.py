@@ -85,8 +85,7 @@ class Report:
                     f"P({latent.name} = {v})": share[..., i] for i, v in enumerate(latent.values)
                 }
         for number, name in enumerate(model.differing):
-            if name in model.scales:
-                found[f"spread[{name}]"] = sites["spread"][..., number]
+            found[f"spread[{name}]"] = sites["spread"][..., number]
         return found
 
     @cached_property

@@ -82,17 +82,15 @@ def what_is_seen(watched: Sequence[Watched]) -> Seen:
     found = []
     for each in watched:
         world, path = each.world, each.path
-        steps = (world.tables, path.states[:-1], path.actions, path.states[1:])
-        if len(path.actions) == 0:
-            still = (path.states, world.no_action(path.states), path.states)
-            steps = (world.tables, *still)
-        pairs = world.alternatives(*steps)
+        if len(path.actions):
+            seen = (path.states[:-1], path.actions, path.states[1:])
+        else:  # nothing has happened yet, but what is observed has its shape
+            seen = (path.states, world.no_action(path.states), path.states)
+        pairs = world.alternatives(world.tables, *seen)
         if not pairs:
-            rows = world.log_rows(*steps)
+            rows = world.log_rows(world.tables, *seen)
             pairs = tuple((row[:, None], np.zeros(len(row), int)) for row in rows)
-        observed = np.broadcast_to(world.is_observed(steps[2]), len(steps[1]))
-        if len(path.actions) == 0:
-            observed = observed & False
+        observed = world.is_observed(seen[1]) & (len(path.actions) > 0)
         logs = [np.asarray(log[:, :, 0]) for log, _ in pairs]  # [T, A, H] each
         found.append((logs, np.stack([which for _, which in pairs], axis=1), observed))
     most = max(log.shape[1] for logs, _, _ in found for log in logs)
