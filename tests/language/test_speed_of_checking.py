@@ -154,11 +154,21 @@ WORLD_PARTS = {
 
 
 def grows_as_the_text(work: Callable[[str], object], text: Callable[[int], str]) -> None:
-    """Four times the text take about four times as long; twice that is for a busy machine."""
+    """Four times the text take about four times as long; twice that is for a busy machine.
+
+    A machine may be slow for one of the two alone, so the least times of a few rounds count.
+    """
     size = 10_000 if FULL else 5_000
     short, long = text(size), text(4 * size)
-    few = seconds(2, lambda: work(short))
-    assert seconds(1, lambda: work(long)) < 8 * few + size * 3e-5
+    few = much = float("inf")
+    for _ in range(4):
+        few, much = (
+            min(few, seconds(1, lambda: work(short))),
+            min(much, seconds(1, lambda: work(long))),
+        )
+        if much < 8 * few + size * 3e-5:
+            return
+    raise AssertionError(f"{size} characters take {few:.2f} s, four times as many {much:.2f} s")
 
 
 def story_work(text: str) -> None:
