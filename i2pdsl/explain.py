@@ -214,6 +214,7 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
     if not world.is_observed(np.asarray(action)):
         return [Reason(t, t, None, None, None, ())]
     words, assumed = world.vocabulary, np.array(script.assumption)
+    switching = world.switching(world.tables)
     forgetting, seen_by = world.forgetting(world.tables), slice(*script.audiences[0].viewers)
     branches = _branches(script, action)
     policies = _policies(script, t, branches)
@@ -225,7 +226,7 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
         expected = np.exp(predicted[..., seen_by]).mean(-1)
         others = [a for a in range(len(policy)) if a != taken]
         second = max(others, key=lambda a: float(expected[a]))
-        changed = update(belief, policy[second], forgetting)
+        changed = update(belief, policy[second], forgetting, switching[u])
         effects = [
             _effect(question, belief[None], row[None], after, changed) for question in questions
         ]

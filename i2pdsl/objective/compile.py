@@ -165,7 +165,7 @@ class Compiler:
         self.shape.append(node.form if node.viewers is None else f"{node.form}{node.viewers}")
         viewers, about = node.viewers, self._about(node.about, node.viewers)
         mask = self.mask(node.given[0].mask)
-        moments = [self.moment(given.moment) for given in node.given]
+        moments = [self._seen_from(node.moment, given.moment) for given in node.given]
         meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
@@ -178,6 +178,15 @@ class Compiler:
             return found
 
         return value
+
+    def _seen_from(self, moment: ty.Moment | None, given: ty.Moment) -> Callable[[Scope], View]:
+        """The last frame that is given, or another one in hindsight."""
+        last = self.moment(given)
+        if moment is None:
+            return last
+        self.moment(moment)  # of the program's shape
+        self.shape.append("hindsight")
+        return lambda scope: scope.hindsight(moment, given)
 
     def _about(self, about: Any, viewers: ty.Viewers | None) -> Callable[[Scope, View], Array]:
         """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H] of those

@@ -130,6 +130,8 @@ def _appended(terms: list[tuple[float, ty.Typed]]) -> list[tuple[ty.Turn, ...]]:
 def _looks_far(node: object, length: int) -> bool:
     """Whether a form looks at frames that a fold which keeps none cannot reach."""
     match node:
+        case ty.Belief(moment=ty.Moment()):
+            return True
         case ty.Moment(first=None):
             return 0 < node.frames[0] < length
         case ty.Moment():

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
+from i2pdsl.objective.hindsight import hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -80,9 +81,9 @@ def observe(
         best = world.best_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
-    for row in rows:
+    for row, switching in zip(rows, world.switching(tables), strict=True):
         expecting.append(current)
-        updated = update(current, row, world.forgetting(tables))
+        updated = update(current, row, world.forgetting(tables), switching)
         current = xp.where(seen, updated, current)
     return Frame(
         number,
@@ -243,7 +244,25 @@ class HistoryScope:
         return self.histories[()][0].state[self.count]
 
     def view(self, moment: ty.Moment) -> View:
-        frames, possible = self.histories[moment.turns]
+        frames, _ = self.histories[moment.turns]
+        number, exists = self._place(moment)
+        return view_after(Frame(*(part[number] for part in frames)), moment, exists)
+
+    def hindsight(self, moment: ty.Moment, given: ty.Moment) -> View:
+        """A frame as those see it in hindsight who have seen the script up to `given`."""
+        turns = max(moment.turns, given.turns, key=len)
+        frames, _ = self.histories[turns]
+        (at, exists), (last, too) = self._place(moment), self._place(given)
+        one = self.xp.ndim(at) == self.xp.ndim(last) == 0
+        asked, known = map(self.xp.atleast_1d, (at, how_many(frames, last, given)))
+        believed = self.view(given).belief.reshape(-1, *frames.belief.shape[1:])
+        ahead = may_be_ahead(moment, given)
+        found = hindsight(self.world, self.tables, frames, asked, known, believed, ahead)
+        return View(found[0] if one else found, frames.state[at], None, exists & too)
+
+    def _place(self, moment: ty.Moment) -> tuple[Any, Any]:
+        """The number of a frame in its history, and whether it exists, for each t."""
+        _, possible = self.histories[moment.turns]
         total = self.length + len(moment.turns)
         if moment.first is None:
             index: Any = moment.frames[0]
@@ -254,9 +273,8 @@ class HistoryScope:
             index = table[self.xp.clip(self.t - moment.first, 0, len(moment.frames) - 1)]
             reached = (index >= 0) & (index <= total)
         safe = self.xp.clip(self.xp.asarray(index), 0, total)
-        frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
-        return view_after(frame, moment, exists)
+        return safe, exists
 
 
 class TurnScope:

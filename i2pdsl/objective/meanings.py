@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from i2pdsl.audience import queries
+from i2pdsl.audience.filter import Switching
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import View
 from i2pdsl.worlds.world import Branches, World
@@ -42,6 +43,15 @@ class Asked(NamedTuple):
         every = self.world.forgetting(self.tables)
         return every if self.viewers is None else every[slice(*self.viewers)]
 
+    @property
+    def switching(self) -> tuple[Switching | None, ...]:
+        """How they think that goals change, of each who acts."""
+        every = self.world.switching(self.tables)
+        if self.viewers is None:
+            return every
+        some = slice(*self.viewers)
+        return tuple(None if each is None else each.of(some) for each in every)
+
     def ahead(self) -> Branches:
         """What can come next, as those who are asked see it."""
         found = self.world.turns(self.tables, self.views[0].state)
@@ -68,6 +78,7 @@ def _suspense(asked: Asked) -> Array:
         asked.about,
         asked.mask,
         asked.forgetting,
+        asked.switching,
     )
 
 
@@ -82,6 +93,7 @@ def _next(asked: Asked) -> Array:
         asked.world.branch_actions(asked.about),
         asked.mask,
         asked.forgetting,
+        asked.switching,
     )
 
 

@@ -67,10 +67,10 @@ def replay_all(
     beliefs, expecting = [belief], [np.stack([np.zeros_like(belief)] * len(rows), axis=1)]
     for t in range(length):
         earlier = []
-        for row in rows:
+        for row, switching in zip(rows, world.switching(tables), strict=True):
             earlier.append(belief)
             if seen[:, t].any():
-                updated = update(belief, row[:, t], forgetting)
+                updated = update(belief, row[:, t], forgetting, switching)
                 belief = np.where(seen[:, t, None, None], updated, belief)
         beliefs.append(belief)
         expecting.append(np.stack(earlier, axis=1))

@@ -50,12 +50,13 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     flat = (turns.state.shape[-1], *observers)
     belief = node.belief[None, None]
     expecting, rows, regrets = [], [], []
+    changes = world.switching(tables)
     for who, row in enumerate(turns.log_rows):
         expecting.append(jnp.broadcast_to(belief, full).reshape(flat))
         rows.append(jnp.broadcast_to(row, full).reshape(flat))
         regret = row.max(axis=who - 4, keepdims=True) - row  # all actions are among the branches
         regrets.append(jnp.broadcast_to(regret, full).reshape(flat))
-        belief = update(belief, row, world.forgetting(tables))
+        belief = update(belief, row, world.forgetting(tables), changes[who])
     count = flat[0]
     frame = Frame(
         jnp.full((count,), node.number + 1),

@@ -522,5 +522,6 @@ SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+    "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 assert set(SETTING_WORDS) | set(SETTING_RANGES) == {f.name for f in dataclass_fields(Settings)}

@@ -111,6 +111,7 @@ class Settings:
     beta: float = 2.0  # inverse temperature of the softmax policies
     level0: str = "uniform"  # how the modelled one believes that the other acts: uniform | costs
     forgetting: float = 1e-5  # epsilon, the share of belief that is reassigned after each action
+    switching: float = 0.0  # the chance that who acted wants something else from then on
     horizon: int = 0  # frames that there are in all; 0: planning has no end
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
 
@@ -239,6 +240,7 @@ class GridSpec:
         for key in ("name", "floor", "wall", "documentation", "source", "events", "look"):
             content.pop(key)
         content["settings"].pop("forgetting")
+        content["settings"].pop("switching")
         content["settings"].pop("hypotheses")
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (

@@ -47,6 +47,8 @@ _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
     "forgetting": "share of the belief that is reassigned after each action",
+    "switching": "the chance, after each action, that who acted draws its goal anew, for all that "
+    "viewers know",
 }
 
 
@@ -90,7 +92,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
             for f in fields(spec.settings)
         },
-        observer_settings=("beta", "forgetting", "level0"),
+        observer_settings=("beta", "forgetting", "level0", "switching"),
         free=frozenset(spec.free_cells),
         automatic=_automatic(spec),
         usual_length=min(15, spec.settings.horizon or 15),

@@ -27,7 +27,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "event": ("drops",),
     "rewards": ("goal", "move", "stay", "end"),
     "planning": ("gamma", "beta", "level0", "order", "horizon"),
-    "audience": ("forgetting", "hypotheses"),
+    "audience": ("forgetting", "switching", "hypotheses"),
     "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }
 """The keys of each block."""

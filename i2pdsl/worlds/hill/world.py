@@ -98,6 +98,9 @@ class HillWorld(ContinuousWorld):
         told = {"sigma": sigma, "forgetting": forgetting, "log_prior": log_prior}
         return replace(self, tables=self.tables._replace(**told))
 
+    def switching(self, tables: model.Tables) -> tuple[None, ...]:
+        return (None,)  # nobody here has a goal
+
     def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]

@@ -31,7 +31,7 @@ KEYS: dict[str, tuple[str, ...]] = {
         *("at", "radius", "speed", "mass", "goals", "toward", "attitude", "sprite", "color"),
     ),
     "planning": ("beta", "safe"),
-    "audience": ("observer", "forgetting"),
+    "audience": ("observer", "forgetting", "switching"),
     "drawing": ("floor",),
 }
 _PLACE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")

@@ -85,6 +85,7 @@ class PlaneSettings:
     safe: float = 4.0  # the distance at which who avoids the other is content
     observer: str = "step"  # step | path: whether viewers weigh steps or the path so far
     forgetting: float = 0.005  # the share of belief that is reassigned after each move
+    switching: float = 0.0  # the chance that who moved wants something else from then on
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,7 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "beta": (lambda x: 0 < x <= 1e3, "above 0 and at most 1000"),
     "safe": (lambda x: 0 < x <= 1e4, "above 0 and at most 10000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+    "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
 _DOCUMENTATION = {
@@ -63,6 +64,8 @@ _DOCUMENTATION = {
     "observer": "step: viewers weigh each move against all others; path: the way so far and the "
     "way that is left against the shortest one (Dragan, Lee and Srinivasa 2013)",
     "forgetting": "share of the belief that is reassigned after each move",
+    "switching": "the chance, after each move, that who moved draws its goal anew, for all that "
+    "viewers know",
 }
 
 
@@ -99,7 +102,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
-        observer_settings=("beta", "forgetting", "observer"),
+        observer_settings=("beta", "forgetting", "observer", "switching"),
         automatic=frozenset({"rationality"}),
         enumerable=False,
         search_settings=SEARCH,
