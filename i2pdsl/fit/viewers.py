@@ -15,10 +15,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from i2pdsl.audience.filter import update
+from i2pdsl.audience.filter import Switching, update
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.compile import Compiler, Params, evaluate_all, reduce_over_history
 from i2pdsl.objective.frame import Frame, View
+from i2pdsl.objective.hindsight import Chain
 from i2pdsl.objective.replay import histories
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
@@ -69,16 +70,24 @@ class Seen(NamedTuple):
             not one of so many [S, T, U, 1, H], log P of it.
         taken: which of them it was, [S, T, U].
         observed: whether viewers learn anything from it, [S, T].
+        switching: how the goal of who is observed changes; empty if none does.
     """
 
     choices: Array
     taken: Array
     observed: Array
+    switching: tuple[Switching, ...] = ()
+
+    def chain(self, viewer: Viewer) -> Chain:
+        """What becomes of a hypothesis after each observation, in a viewer's mind."""
+        prior, count = viewer.log_prior[None], self.taken.shape[2]
+        changes = tuple(each.given(prior) for each in self.switching) or (None,) * count
+        return Chain(jnp.reshape(viewer.forgetting, (1,)), changes)
 
 
 def what_is_seen(watched: Sequence[Watched]) -> Seen:
     """The evidence of scripts that have the same observations and hypotheses, in doubles."""
-    longest = max(1, *(len(each.path.actions) for each in watched))
+    longest, first = max(1, *(len(each.path.actions) for each in watched)), watched[0].world
     found = []
     for each in watched:
         world, path = each.world, each.path
@@ -99,6 +108,7 @@ def what_is_seen(watched: Sequence[Watched]) -> Seen:
         np.stack([_padded(each, 0, longest, _NONE) for each in choices]),
         np.stack([_padded(taken, 0, longest, 0) for _, taken, _ in found]),
         np.stack([_padded(observed, 0, longest, False) for _, _, observed in found]),
+        tuple(each for each in first.switching(first.tables) if each is not None),
     )
 
 
@@ -135,7 +145,7 @@ class History(NamedTuple):
 def watch(seen: Seen, viewer: Viewer) -> History:
     """What a viewer believes, frame by frame (audience/filter.py)."""
     rows, best = log_likelihoods(seen, viewer.sharpness)
-    forgetting = jnp.reshape(viewer.forgetting, (1,))
+    chain = seen.chain(viewer)
     count, observations = rows.shape[0], rows.shape[2]
     prior = jnp.broadcast_to(viewer.log_prior, (count, 1, rows.shape[-1]))
 
@@ -144,7 +154,7 @@ def watch(seen: Seen, viewer: Viewer) -> History:
         before = []
         for u in range(observations):
             before.append(belief[:, 0])
-            after = update(belief, row[:, u, None], forgetting)
+            after = update(belief, row[:, u, None], chain.forgetting, chain.switching[u])
             belief = jnp.where(observed[:, None, None], after, belief)
         return belief, (belief[:, 0], jnp.stack(before, axis=1))
 
@@ -192,7 +202,8 @@ class Answers:
         frames = {script: self._frames(history, script) for script in scripts}
         for number in self.alone:
             question = self.questions[number]
-            found = found.at[number].set(self._answered(question, frames[question.script]))
+            answer = self._answered(question, frames[question.script], seen.chain(viewer))
+            found = found.at[number].set(answer)
         return found
 
     def _answered_together(self, history: History, numbers: list[int]) -> Array:
@@ -242,14 +253,15 @@ class Answers:
             regrets=seen(history.best - history.rows),
         )
 
-    def _answered(self, question: Question, frames: Frame) -> Array:
+    def _answered(self, question: Question, frames: Frame, chain: Chain) -> Array:
         world = self.watched[question.script].world
         compiler = Compiler(world, len(frames.state) - 1)
         compiler.on_reduction = reduce_over_history(compiler)
         closure = compiler.build(question.value)
         tables = self.tables[question.script]
         turns = histories(world, tables, frames, question.value)
-        value = jnp.asarray(evaluate_all(compiler, closure, tables, turns, question.times), float)
+        found = evaluate_all(compiler, closure, tables, turns, question.times, chain=chain)
+        value = jnp.asarray(found, float)
         if question.times is None or value.ndim == 0:
             return value.reshape(())
         every = jnp.broadcast_to(value, (len(question.times),))
@@ -270,6 +282,8 @@ def _only_frame(question: Question) -> int | None:
         return None
     if any(moment.turns or moment.seen is not None for moment in moments):
         return None
+    if any(isinstance(node, ty.Belief) and node.moment is not None for node in nodes):
+        return None  # hindsight needs the frames between the two
     if all(moment.offset == 0 for moment in moments):
         return question.frame
     fixed = {moment.frames[0] for moment in moments if moment.first is None}

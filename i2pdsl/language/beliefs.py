@@ -269,8 +269,8 @@ class Beliefs(Frames):
             return self.at(stripped.script, stripped.number, 0, inner)
         item = self.item(node.moment, env)
         message = f"expected a frame of a script, found {ITEMS_IN_WORDS[item.kind]}"
-        hint = f"write `@ script[{node.moment.span.text}]`" if item.kind == "number" else None
-        raise self.blame("type", message, node.moment, env, hint or "write `@ script[t]`")
+        number = node.moment.span.text if item.kind == "number" else "t"
+        raise self.blame("type", message, node.moment, env, f"write `@ script[{number}]`")
 
     def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
         """Warns where a probability is 0 or 1 whatever happens."""

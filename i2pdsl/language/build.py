@@ -285,11 +285,10 @@ class Builder:
 
     def _form_apart(self, span: Span, p: list[Any]) -> ast.Expr:
         whose, p = self.whose(p)
-        about, moment = (), None
-        if p[2] is not None:
-            about, moment = (self.expression(p[2].children[0]),), self.moment(p[2].children[1])
+        about, at = ((), None) if p[2] is None else (p[2].children[:1], p[2].children[1])
+        moment = self.moment(at)
         given = (self.expression(p[3]), *self.given(p[5]))
-        return ast.Form(span, str(p[0]), about, given, whose, moment)
+        return ast.Form(span, str(p[0]), self.expressions(about), given, whose, moment)
 
     def _form_of_audience(self, span: Span, p: list[Any]) -> ast.Expr:
         """`E[audience][quantity | ...]`, whose first half reads as an expectation."""

@@ -230,8 +230,8 @@ class Belief:
     @cached_property
     def axes(self) -> Axes:
         """The axes of its scripts and of a quantity, without the hypotheses'."""
-        others = (part for part in (self.about, self.moment) if hasattr(part, "axes"))
-        parts = (*self.given, *others)
+        parts: list[Any] = [*self.given]
+        parts += [part for part in (self.about, self.moment) if hasattr(part, "axes")]
         return Axes(False, any(part.axes.time for part in parts))
 
 

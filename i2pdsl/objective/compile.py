@@ -15,6 +15,7 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
+from i2pdsl.objective.hindsight import Chain
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.objective.reach import Question, frames_until
@@ -337,8 +338,10 @@ def evaluate_all(
     times: range | None,
     params: Params | None = None,
     count: Array | int | None = None,
+    chain: Chain | None = None,
 ) -> Array:
-    """The value of a built expression over a whole script, for all t at once."""
+    """The value of a built expression over a whole script, for all t at once. `chain` is of the
+    viewers, where they are not the world's own."""
     xp = histories[()][0].belief.__array_namespace__()
     scope = HistoryScope(
         compiler.world,
@@ -348,6 +351,7 @@ def evaluate_all(
         compiler.length if count is None else count,
         compiler.length,
         None if times is None else xp.arange(times.start, times.stop),
+        chain,
     )
     return closure(scope)
 
@@ -357,7 +361,7 @@ def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction | ty.Beats
 
     def within(scope: HistoryScope, times: Array) -> HistoryScope:
         given = (scope.world, scope.tables, scope.params, scope.histories)
-        return HistoryScope(*given, scope.count, scope.length, times)
+        return HistoryScope(*given, scope.count, scope.length, times, scope.chain)
 
     def on_beats(node: ty.Beats) -> Closure:
         parts = [compiler.build(part) for part in node.parts]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.hindsight import hindsight, how_many, may_be_ahead
+from i2pdsl.objective.hindsight import Chain, chain_of, hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -220,7 +220,8 @@ class HistoryScope:
     """All frames at once: t is an array [n_t], and forms give one number for each t.
 
     `frames` holds the frames 0..T and then appended ones, along the first axis; frame 0 carries
-    the prior as its belief. `count` is the number of frames that exist so far.
+    the prior as its belief. `count` is the number of frames that exist so far. `chain` is that
+    of the viewers, where they are not the world's own.
     """
 
     def __init__(
@@ -232,9 +233,11 @@ class HistoryScope:
         count: Array | int,
         length: int,
         times: Array | None,
+        chain: Chain | None = None,
     ):
         self.world, self.tables, self.params = world, tables, params
         self.histories, self.count, self.length = histories, count, length
+        self.chain = chain or chain_of(world, tables)
         self.t = times
         self.xp = histories[()][0].belief.__array_namespace__()
 
@@ -257,7 +260,7 @@ class HistoryScope:
         asked, known = map(self.xp.atleast_1d, (at, how_many(frames, last, given)))
         believed = self.view(given).belief.reshape(-1, *frames.belief.shape[1:])
         ahead = may_be_ahead(moment, given)
-        found = hindsight(self.world, self.tables, frames, asked, known, believed, ahead)
+        found = hindsight(self.world, self.chain, frames, asked, known, believed, ahead)
         return View(found[0] if one else found, frames.state[at], None, exists & too)
 
     def _place(self, moment: ty.Moment) -> tuple[Any, Any]:

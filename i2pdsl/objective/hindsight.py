@@ -9,11 +9,11 @@ known. NumPy and JAX arrays alike.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from i2pdsl.audience.filter import earlier, later, log_sum
+from i2pdsl.audience.filter import Switching, earlier, later, log_sum
 from i2pdsl.language import typed as ty
 from i2pdsl.worlds.world import World
 
@@ -23,13 +23,21 @@ if TYPE_CHECKING:
 Array = Any
 
 
+class Chain(NamedTuple):
+    """What becomes of a hypothesis after each observation of a frame (audience/filter.py)."""
+
+    forgetting: Array
+    switching: tuple[Switching | None, ...]
+
+
 def hindsight(
-    world: World, tables: Any, frames: Frame, at: Array, known: Array, believed: Array, ahead: bool
+    world: World, chain: Chain, frames: Frame, at: Array, known: Array, believed: Array, ahead: bool
 ) -> Array:
     """log P(H after frame k | the first p observations), [n, ..., O, H].
 
     Args:
-        frames: of one script or more, [F + 1, ...], frame 0 being the start.
+        frames: of one script or more, [F + 1, ...], frame 0 being the start. Those that are not
+            there have another number than their place.
         at: the frames k, [n] or [1].
         known: how many observations are known, p, [n] or [1].
         believed: the belief then, [n, ..., O, H] or [1, ..., O, H].
@@ -37,18 +45,18 @@ def hindsight(
     """
     xp = frames.belief.__array_namespace__()
     observations = frames.log_rows.shape[-3]
-    forgetting, switching = world.forgetting(tables), world.switching(tables)
     leading = (-1,) + (1,) * (frames.belief.ndim - 1)
     asked, known = (xp.reshape(each, leading) for each in (at * observations, known))
-    observed = world.is_observed(frames.action)[..., None, None]
-    steps = (xp.arange(len(frames.number)), frames.log_rows, observed)
-    steps = tuple(part[1:] for part in steps)
+    places = xp.arange(len(frames.number))
+    there = frames.number == places.reshape(-1, *(1,) * (frames.number.ndim - 1))
+    observed = (world.is_observed(frames.action) & there)[..., None, None]
+    steps = tuple(part[1:] for part in (places, frames.log_rows, observed))
 
     def back(carry: tuple[Array, Array], frame: Any) -> tuple[tuple[Array, Array], None]:
         (message, found), (number, rows, seen) = carry, frame
         for u in reversed(range(observations)):
             which = (number - 1) * observations + u
-            before = rows[..., u, :, :] + earlier(message, forgetting, switching[u])
+            before = rows[..., u, :, :] + earlier(message, chain.forgetting, chain.switching[u])
             message = xp.where((which < known) & seen, before, message)
             found = xp.where(which == asked, message, found)
         return (message, found), None
@@ -58,7 +66,8 @@ def hindsight(
         for u in range(observations):
             which = (number - 1) * observations + u
             passes = (which >= known) & (which < asked) & seen
-            belief = xp.where(passes, later(belief, forgetting, switching[u]), belief)
+            after = later(belief, chain.forgetting, chain.switching[u])
+            belief = xp.where(passes, after, belief)
         return belief, None
 
     filtered = frames.belief[at]
@@ -71,6 +80,11 @@ def hindsight(
         return smoothed
     forecast = _over(xp, onward, xp.broadcast_to(believed, shape), steps, reverse=False)
     return xp.where(asked > known, forecast, smoothed)
+
+
+def chain_of(world: World, tables: Any) -> Chain:
+    """What the viewers of a world hold of it."""
+    return Chain(world.forgetting(tables), world.switching(tables))
 
 
 def how_many(frames: Frame, number: Array, moment: ty.Moment) -> Array:

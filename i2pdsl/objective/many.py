@@ -15,7 +15,7 @@ from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.compile import Closure, Compiler
 from i2pdsl.objective.frame import Frame, View, view_after
-from i2pdsl.objective.hindsight import hindsight, how_many, may_be_ahead
+from i2pdsl.objective.hindsight import chain_of, hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -57,7 +57,8 @@ class ScriptsScope:
         exists = self.view(moment).exists & self.view(given).exists
         believed = np.moveaxis(self.view(given).belief, 1, 0)
         known, ahead = how_many(frames, last, given), may_be_ahead(moment, given)
-        found = hindsight(self.world, self.tables, frames, at, known, believed, ahead)
+        chain = chain_of(self.world, self.tables)
+        found = hindsight(self.world, chain, frames, at, known, believed, ahead)
         state = np.moveaxis(frames.state[at], 0, 1)
         return View(np.moveaxis(found, 0, 1), state, None, exists)
 
