@@ -136,7 +136,8 @@ class Beliefs(Frames):
 
     def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
         """What asks for the state after the given frames cannot be asked in the midst of one."""
-        if all(given.moment.seen is None for given in value.given):
+        whole = all(given.moment.seen is None for given in value.given)
+        if whole or value.moment is not None:
             return
         values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
         if form.looks_ahead or values:
@@ -251,10 +252,16 @@ class Beliefs(Frames):
         self, form: Form, node: ast.Form, env: Env, audience: Audience
     ) -> tuple[tuple[ty.Given, ...], ty.Moment | None]:
         """What a form is conditioned on, and the frame that it is asked of in hindsight."""
-        return self.both(
+        givens, moment = self.both(
             lambda: self.givens(form, node, env, audience),
             lambda: self.hindsight(form, node, env),
         )
+        if moment is not None and node.moment is not None:
+            for turns in (given.moment.turns for given in givens):
+                if any(a != b for a, b in zip(turns, moment.turns, strict=False)):
+                    message = "this frame is of another script than the one that is given"
+                    raise self.blame("index", message, node.moment, env)
+        return givens, moment
 
     def hindsight(self, form: Form, node: ast.Form, env: Env) -> ty.Moment | None:
         """The frame behind the `@` of a form: 0 is the first picture."""
