@@ -49,7 +49,7 @@ def with_viewers(story: TypedStory) -> GridWorld:
     viewers = viewers_of(world.spec, story.observers)
     columns = tuple(np.repeat(each, len(viewers), axis=0) for each in world.tables.columns)
     forgetting = np.array([viewer.spec.settings.forgetting for viewer in viewers])
-    prior = log_priors(viewers, 34)
+    prior = log_priors(viewers, world.vocabulary)
     told = {"columns": columns, "forgetting": forgetting, "log_prior": prior}
     switching = switching_of(viewers, world.vocabulary, prior)
     return replace(world, tables=world.tables._replace(**told, switching=switching))

@@ -62,6 +62,14 @@ class SetOf(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Shares(Node):
+    """`(latent) = {value: weight, ...}`, behind `prior`: pairs of a value and its weight."""
+
+    latent: Expr
+    pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Prefix(Node):
     """`script[:end]`, or `script[:end, until]`: of the last frame only up to someone's action."""
 
@@ -248,6 +256,7 @@ Expr = (
     | Script
     | Pair
     | SetOf
+    | Shares
     | Prefix
     | FrameOf
     | Append

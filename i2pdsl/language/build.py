@@ -129,6 +129,8 @@ class Builder:
             span = self.span(part)
             if part.data == "argument":
                 found.append(ast.Argument(span, None, self.expression(part.children[0])))
+            elif part.data == "argument_shares":
+                found.append(self.shares(span, part.children))
             else:
                 token: Any = part.children[0]
                 name, tree = self.name(token), part.children[2]
@@ -136,6 +138,19 @@ class Builder:
                 comparison = _as_comparison(name, tree, value, span)
                 found.append(ast.Argument(span, name, value, comparison))
         return tuple(found)
+
+    def shares(self, span: Span, p: list[Any]) -> ast.Argument:
+        """`prior(latent) = {value: weight, ...}`."""
+        call = self.expression(p[0])
+        latents = call.arguments if isinstance(call, ast.Call) else ()
+        if not isinstance(call, ast.Call) or len(latents) != 1 or latents[0].name is not None:
+            message = "weights are given to the values of a latent"
+            hint = "write `prior(LATENT) = {VALUE: WEIGHT, others: WEIGHT}`"
+            raise StoryError([Diagnostic("syntax", message, self.span(p[0]), hint)])
+        trees = [x.children for x in p[2:] if isinstance(x, Tree)]
+        pairs = [(self.expression(value), self.expression(weight)) for value, _, weight in trees]
+        told = tuple(ast.Pair(a.span.to(b.span), a, b) for a, b in pairs)
+        return ast.Argument(span, call.callee, ast.Shares(span, latents[0].value, told))
 
     def given(self, tree: Any) -> tuple[ast.Expr, ...]:
         return self.expressions(tree.children) if tree is not None else ()

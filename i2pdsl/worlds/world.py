@@ -206,10 +206,12 @@ class World(Protocol):
         with `forgetting` and `log_prior` of their own."""
 
 
-def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
-    """log P(H) of each viewer before anything moved, [O, H], of `count` hypotheses: uniform where
-    he has no prior of his own."""
-    priors = [viewer.prior or (1 / count,) * count for viewer in viewers]
+def log_priors(viewers: Sequence[Viewer], words: Vocabulary) -> np.ndarray:
+    """log P(H) of each viewer before anything moved, [O, H]: the world's where he has no prior of
+    his own."""
+    count = len(words.hypotheses)
+    usual = words.prior or (1 / count,) * count
+    priors = [viewer.prior or usual for viewer in viewers]
     with np.errstate(divide="ignore"):
         logs: np.ndarray = np.log(np.array(priors))
     return logs

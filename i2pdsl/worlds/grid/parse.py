@@ -16,6 +16,7 @@ from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
@@ -32,7 +33,7 @@ from i2pdsl.worlds.grid.spec import (
 )
 from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, latents_of, rationality_of
 
 EVENTS = ("deus",)
 TOGETHER = "together"
@@ -114,6 +115,9 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
+        if not self.problems:
+            latents = latents_of(spec.characters)
+            spec = replace(spec, shares=self.shares(latents, grid_hypotheses(spec)))
         needed = len(characters) + sum(t.count for t in things if not t.may_be_absent)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)

@@ -20,6 +20,7 @@ WALL = "#"
 FLOOR = "."
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
 Cell = tuple[int, int]  # (column, row)
+Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
 GROUNDS = ("checker", "boards", "grass", "plain")
 
 
@@ -124,6 +125,7 @@ class GridSpec:
         walls: pairs of neighbouring cells between which there is a wall, the northern or western
             one first.
         together: whether both characters choose at the same time (model.py says what follows).
+        shares: what viewers think of latents at first: pairs of a value and its weight.
     """
 
     kind: ClassVar[str] = "grid"
@@ -141,6 +143,7 @@ class GridSpec:
     look: Look = field(default_factory=Look)
     walls: tuple[tuple[Cell, Cell], ...] = ()
     together: bool = False
+    shares: Shares = ()
 
     @cached_property
     def free_cells(self) -> tuple[tuple[int, int], ...]:
@@ -237,7 +240,7 @@ class GridSpec:
     def planning_key(self) -> str:
         """A digest of all that planning depends on: not of drawing hints or documentation."""
         content = asdict(self)
-        for key in ("name", "floor", "wall", "documentation", "source", "events", "look"):
+        for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
         content["settings"].pop("forgetting")
         content["settings"].pop("switching")

@@ -329,7 +329,8 @@ def assemble(
         columns.append(column)
         sharpness.append(beta)
     coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
-    log_prior = log_priors(viewers, len(rows))
+    words = grid_vocabulary(spec)
+    log_prior = log_priors(viewers, words)
     tables = Tables(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
@@ -347,7 +348,7 @@ def assemble(
         goals=tuple(goals),
         log_prior=log_prior,
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
-        switching=switching_of(viewers, grid_vocabulary(spec), log_prior),
+        switching=switching_of(viewers, words, log_prior),
         layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
     )

@@ -153,7 +153,7 @@ def build_hill(
         ),
         sigma=np.array([float(v.spec.settings.sigma) / v.sharpness**0.5 for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
-        log_prior=log_priors(viewers, len(rows)),
+        log_prior=log_priors(viewers, hill_vocabulary(spec)),
         forgetting=forgetting_of(viewers, [float(v.spec.settings.forgetting) for v in viewers]),
     )
     return HillWorld(spec, tables)

@@ -90,7 +90,8 @@ class PlaneSettings:
 
 @dataclass(frozen=True)
 class PlaneSpec:
-    """A plane; characters stand in the order of the file."""
+    """A plane; characters stand in the order of the file. `shares` is what viewers think of latents
+    at first: pairs of a value and its weight."""
 
     name: str
     width: float
@@ -102,6 +103,7 @@ class PlaneSpec:
     floor: str = "#f1e8d8"
     documentation: str = ""
     source: str = ""
+    shares: tuple[tuple[str, tuple[tuple[Any, float], ...]], ...] = ()
     kind: ClassVar[str] = KIND
 
     @property

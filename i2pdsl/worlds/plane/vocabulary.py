@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary
+from i2pdsl.worlds.hypotheses import latents_of, rationality_of
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
@@ -71,22 +71,10 @@ _DOCUMENTATION = {
 
 def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
     """The vocabulary of a plane, from its .world file alone."""
-    latents: dict[str, Latent] = {}
-    social = spec.social
-    if social:
-        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
-        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
-        latents[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
-    for c in spec.characters:
-        latents[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
-    for c in spec.characters:
-        about = f"whether {c.name} acts rationally, or at random"
-        rational = rationality_of(c.name)
-        latents[rational] = Latent(rational, "truth", (True, False), about)
     predicates = ALONE + (TOGETHER if len(spec.characters) == 2 else ())
     return Vocabulary(
         world=spec.name,
-        latents=latents,
+        latents=latents_of(spec.characters),
         hypotheses=plane_hypotheses(spec),
         characters=tuple(c.name for c in spec.characters),
         rational={c.name: rationality_of(c.name) for c in spec.characters},
@@ -107,6 +95,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,
+        shares={name: dict(weights) for name, weights in spec.shares},
     )
 
 

@@ -143,7 +143,7 @@ class PlaneWorld(ContinuousWorld):
 def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> PlaneWorld:
     """Finds the shortest ways among the walls, and puts the viewers' numbers side by side."""
     viewers = viewers or (Viewer(spec),)
-    rows, cast = plane_hypotheses(spec), spec.characters
+    cast = spec.characters
     each = lambda key: np.array([float(getattr(c, key)) for c in cast])
     social = next((i for i, c in enumerate(cast) if c.toward), None)
     steps = [v.spec.settings.observer == "step" for v in viewers]
@@ -151,7 +151,8 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         spec.segments, each_radius(spec), tuple(p.at for p in spec.places), spec.width, spec.height
     )
     nodes, weights = disc(DIRECTIONS, SPEEDS)
-    log_prior = log_priors(viewers, len(rows))
+    words = plane_vocabulary(spec)
+    log_prior = log_priors(viewers, words)
     tables = Tables(
         size=np.array([spec.width, spec.height]),
         walls=np.array(spec.segments, float).reshape(-1, 2, 2),
@@ -173,7 +174,7 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         log_weights=np.log(weights),
         log_prior=log_prior,
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
-        switching=switching_of(viewers, plane_vocabulary(spec), log_prior),
+        switching=switching_of(viewers, words, log_prior),
     )
     return PlaneWorld(spec, tables, Cast(len(cast), social, any(steps), not all(steps)))
 
