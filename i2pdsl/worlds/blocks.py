@@ -34,6 +34,8 @@ from i2pdsl.resources import data_folder
 
 _WORD = re.compile(NAME)
 _SECOND_WORD = re.compile(rf"\S+\s+({NAME})")
+Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
+"""Latents, and pairs of a value and its weight."""
 KIND = "kind"  # what a file's first statement may say: `kind = plane`
 _KIND = re.compile(rf"^{KIND}\b[ \t]*(?:=[ \t]*({NAME})?)?", re.MULTILINE)
 
@@ -369,24 +371,31 @@ class BlockReader:
         span = Span(self.source, entry.meta.start_pos, entry.meta.end_pos)
         block.shares[name] = Weighed(tuple(told), place, span)
 
-    def shares(
-        self, latents: Mapping[str, Latent], rows: Sequence[Mapping[str, Any]]
-    ) -> tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]:
-        """What viewers think at first, latent by latent; `rows` are the hypotheses."""
-        found: dict[str, dict[Any, float]] = {}
-        told = [each for block in self.blocks for each in block.shares.items()]
-        for name, weighed in told:
-            if name not in latents:
+    def shares(self, latents: Mapping[str, Latent]) -> Shares:
+        """What viewers think at first, latent by latent."""
+        found = []
+        for name, weighed in self.weighed:
+            latent = latents.get(name)
+            if latent is None and not self.incomplete:
                 hint = did_you_mean(name, latents) or "latents: " + ", ".join(latents)
                 message = f"there is no latent `{shorten(name)}`"
                 self.problem("world-name", message, weighed.name, hint)
-                continue
-            shares = shares_of(latents[name], weighed.told, weighed.span, self.problem)
-            if shares is not None:
-                found[name] = shares
-        if len(found) == len(told) and told and fitted(rows, [1.0] * len(rows), found) is None:
-            self.problem("prior", CONTRADICTION, told[-1][1].span, WHY_NONE)
-        return tuple((name, tuple(weights.items())) for name, weights in found.items())
+            elif latent is not None:
+                shares = shares_of(latent, weighed.told, weighed.span, self.problem)
+                if shares is not None:
+                    found.append((name, tuple(shares.items())))
+        return tuple(found)
+
+    def check_prior(self, shares: Shares, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Reports shares that no prior over the hypotheses has."""
+        told = {name: dict(weights) for name, weights in shares}
+        if fitted(rows, [1.0] * len(rows), told) is None:
+            self.problem("prior", CONTRADICTION, self.weighed[-1][1].span, WHY_NONE)
+
+    @property
+    def weighed(self) -> list[tuple[str, Weighed]]:
+        """The latents whose values have weights."""
+        return [each for block in self.blocks for each in block.shares.items()]
 
     def token_span(self, token: Token) -> Span:
         assert token.start_pos is not None

@@ -115,9 +115,10 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
-        if not self.problems:
-            latents = latents_of(spec.characters)
-            spec = replace(spec, shares=self.shares(latents, grid_hypotheses(spec)))
+        shares = self.shares(latents_of(characters))
+        if shares and not self.problems:
+            self.check_prior(shares, grid_hypotheses(spec))
+        spec = replace(spec, shares=shares)
         needed = len(characters) + sum(t.count for t in things if not t.may_be_absent)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)

@@ -124,10 +124,10 @@ class _Reader(BlockReader):
             name, self.width, self.height, walls, places, characters, PlaneSettings(**values),
             floor, header(self.source), self.source.text,
         )  # fmt: skip
-        if self.problems:
-            return spec
-        rows = plane_hypotheses(spec)
-        return replace(spec, shares=self.shares(latents_of(characters), rows))
+        shares = self.shares(latents_of(characters))
+        if shares and not self.problems:
+            self.check_prior(shares, plane_hypotheses(spec))
+        return replace(spec, shares=shares)
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}
