@@ -92,7 +92,7 @@ class Samples:
         order = tuple(n for n in (*map(show_value, values), UNKNOWN) if n in kept)
         groups = np.array([[name == value for value in order] for name in names], dtype=float)
         viewers = slice(*self.scripts[0].audiences[0].viewers)
-        last = np.stack([script.frames.belief[-1, viewers] for script in self.scripts])
+        last = np.stack([script.frames.log_belief[-1, viewers] for script in self.scripts])
         return order, marginal(last, groups, self.assumption).mean(1)
 
     def confusion(self, latent: str) -> Confusion:

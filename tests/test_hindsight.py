@@ -237,7 +237,7 @@ def fold(story: TypedStory, script: Script, before: int = 0) -> float:
             number = jnp.asarray(before + t + 1)
             frame = observe(world, tables, number, state, actions[t], belief)
             carry = objective.step(tables, params, carry, frame)
-            state, belief = frame.state, frame.belief
+            state, belief = frame.state, frame.log_belief
         return objective.score(tables, params, carry, frame)
 
     with jax.enable_x64(True):

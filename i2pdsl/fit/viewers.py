@@ -136,7 +136,7 @@ class History(NamedTuple):
     each observation, [S, T, U, H], the belief before it, its log-likelihood, and that of the most
     likely one."""
 
-    belief: Array
+    log_belief: Array
     before: Array
     rows: Array
     best: Array
@@ -221,9 +221,9 @@ class Answers:
             before=jnp.asarray(np.stack([s[t] for s, t in zip(states, last, strict=True)])),
             action=jnp.zeros(len(at), int),  # nobody who is evaluated together asks for it
             state=jnp.asarray(np.stack([s[t] for s, t in zip(states, at, strict=True)])),
-            previous=history.belief[scripts, last][:, None],
-            belief=history.belief[scripts, at][:, None],
-            expecting=seen(history.before),
+            log_previous=history.log_belief[scripts, last][:, None],
+            log_belief=history.log_belief[scripts, at][:, None],
+            log_expecting=seen(history.before),
             log_rows=seen(history.rows),
             regrets=seen(history.best - history.rows),
         )
@@ -236,7 +236,7 @@ class Answers:
         """A script's frames as a viewer sees them, with one observer."""
         world, path = self.watched[number].world, self.watched[number].path
         length = len(path.actions)
-        belief = history.belief[number, : length + 1, None]
+        belief = history.log_belief[number, : length + 1, None]
         # Nothing is observed in frame 0; what would be has its shape.
         none = jnp.zeros((1, *history.rows.shape[2:]))
         seen = lambda part: jnp.concatenate([none, part[number, :length]])[:, :, None]
@@ -246,9 +246,9 @@ class Answers:
             before=jnp.concatenate([states[:1], states[:-1]]),
             action=jnp.concatenate([world.no_action(states[:1]), jnp.asarray(path.actions)]),
             state=states,
-            previous=jnp.concatenate([belief[:1], belief[:-1]]),
-            belief=belief,
-            expecting=seen(history.before),
+            log_previous=jnp.concatenate([belief[:1], belief[:-1]]),
+            log_belief=belief,
+            log_expecting=seen(history.before),
             log_rows=seen(history.rows),
             regrets=seen(history.best - history.rows),
         )
@@ -302,4 +302,4 @@ class _FrameScope:
         self.t = self.count = frame.number
 
     def view(self, moment: ty.Moment) -> View:
-        return View(self.frame.belief, self.frame.state, self.frame)
+        return View(self.frame.log_belief, self.frame.state, self.frame)

@@ -342,7 +342,7 @@ def evaluate_all(
 ) -> Array:
     """The value of a built expression over a whole script, for all t at once. `chain` is of the
     viewers, where they are not the world's own."""
-    xp = histories[()][0].belief.__array_namespace__()
+    xp = histories[()][0].log_belief.__array_namespace__()
     scope = HistoryScope(
         compiler.world,
         tables,

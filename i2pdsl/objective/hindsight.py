@@ -43,9 +43,9 @@ def hindsight(
         believed: the belief then, [n, ..., O, H] or [1, ..., O, H].
         ahead: whether any k may not have been seen whole.
     """
-    xp = frames.belief.__array_namespace__()
+    xp = frames.log_belief.__array_namespace__()
     observations = frames.log_rows.shape[-3]
-    leading = (-1,) + (1,) * (frames.belief.ndim - 1)
+    leading = (-1,) + (1,) * (frames.log_belief.ndim - 1)
     asked, known = (xp.reshape(each, leading) for each in (at * observations, known))
     places = xp.arange(len(frames.number))
     there = frames.number == places.reshape(-1, *(1,) * (frames.number.ndim - 1))
@@ -70,7 +70,7 @@ def hindsight(
             belief = xp.where(passes, after, belief)
         return belief, None
 
-    filtered = frames.belief[at]
+    filtered = frames.log_belief[at]
     shape = np.broadcast_shapes(filtered.shape, believed.shape)
     nothing = xp.zeros_like(believed), xp.zeros(shape, filtered.dtype)
     _, found = _over(xp, back, nothing, steps, reverse=True)

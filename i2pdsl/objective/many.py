@@ -55,7 +55,7 @@ class ScriptsScope:
         frames = Frame(*(np.moveaxis(part, 1, 0) for part in self.histories[turns][0]))
         (_, at), (_, last) = self._place(moment), self._place(given)
         exists = self.view(moment).exists & self.view(given).exists
-        believed = np.moveaxis(self.view(given).belief, 1, 0)
+        believed = np.moveaxis(self.view(given).log_belief, 1, 0)
         known, ahead = how_many(frames, last, given), may_be_ahead(moment, given)
         chain = chain_of(self.world, self.tables)
         found = hindsight(self.world, chain, frames, at, known, believed, ahead)
