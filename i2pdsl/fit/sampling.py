@@ -47,9 +47,7 @@ def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.nda
         seen, counted = fit
 
         def loss(point: Array) -> tuple[Array, None]:
-            values = alike(model, point)
-            rows = lambda node: (model.log_likelihoods(values, node, asked) * counted).sum()
-            total = jax.nn.logsumexp(jax.lax.map(rows, seen))
+            total = model.log_answers(alike(model, point), seen, asked, counted)
             return 0.5 * (((point - mean) / sd) ** 2).sum() - total, None
 
         return minimise(loss, jnp.asarray(mean, float), "lbfgs", STEPS, 0.0, None)[0]
