@@ -200,10 +200,16 @@ class Answers:
             found = found.at[np.array(numbers)].set(self._answered_together(history, numbers))
         scripts = {self.questions[number].script for number in self.alone}
         frames = {script: self._frames(history, script) for script in scripts}
+        answered: dict[Hashable, Array] = {}  # at all frames: a program for each would be slow
         for number in self.alone:
             question = self.questions[number]
-            answer = self._answered(question, frames[question.script], seen.chain(viewer))
-            found = found.at[number].set(answer)
+            key = (question.script, question.value, question.times)
+            if key not in answered:
+                answered[key] = self._answered(
+                    question, frames[question.script], seen.chain(viewer)
+                )
+            place = 0 if question.times is None else question.frame - question.times.start
+            found = found.at[number].set(answered[key][place])
         return found
 
     def _answered_together(self, history: History, numbers: list[int]) -> Array:
@@ -254,6 +260,7 @@ class Answers:
         )
 
     def _answered(self, question: Question, frames: Frame, chain: Chain) -> Array:
+        """The answer at all frames that the question covers, or one if it has no free t."""
         world = self.watched[question.script].world
         compiler = Compiler(world, len(frames.state) - 1)
         compiler.on_reduction = reduce_over_history(compiler)
@@ -261,11 +268,8 @@ class Answers:
         tables = self.tables[question.script]
         turns = histories(world, tables, frames, question.value)
         found = evaluate_all(compiler, closure, tables, turns, question.times, chain=chain)
-        value = jnp.asarray(found, float)
-        if question.times is None or value.ndim == 0:
-            return value.reshape(())
-        every = jnp.broadcast_to(value, (len(question.times),))
-        return every[question.frame - question.times.start]
+        shape = (1 if question.times is None else len(question.times),)
+        return jnp.broadcast_to(jnp.asarray(found, float), shape)
 
 
 _OF_A_FRAME = (
