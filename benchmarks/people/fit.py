@@ -118,9 +118,9 @@ def report(people: Study) -> None:
     world = watched[0].world
     log_prior = world.log_prior(world.tables)[0]
     watching = Watching(Answers(watched, people.questions), people.latents, log_prior, {})
-    model = Model(watching, len(people.people), {}, ("plan",), len(NODES))
+    model = Model(watching, len(people.people), {}, ("plan",), len(NODES), trials)
     answering = {"slope": 1.0, "bias": 0.0}  # weights do the same
-    baseline = Model(Cues((*CUES, "boxes moved")), len(people.people), answering, ())
+    baseline = Model(Cues((*CUES, "boxes moved")), len(people.people), answering, (), cells=trials)
     outside, inside, point = predicted(model, nodes, people.asked, trials)
     cues_outside, cues_inside, _ = predicted(
         baseline, counted_cues(people)[None], people.asked, trials
@@ -139,8 +139,9 @@ def report(people: Study) -> None:
     ):
         r, rmse = agreement(means, found)
         print(f"{name}: r = {r:.3f}, RMSE = {100 * rmse:.1f}")
-    values = dict(zip(model.scales, point, strict=True))
-    bounded = {n: float(model.scales[n].bounded(v)) for n, v in values.items() if "[" not in n}
+    values = alike(model, point)
+    scales = {name: scale for name, scale in model.scales.items() if "[" not in name}
+    bounded = {name: float(scale.bounded(values[name])) for name, scale in scales.items()}
     print({name: round(value, 3) for name, value in bounded.items()})
     for node, share in zip(NODES, np.exp(model.log_shares(values)), strict=True):
         print(f"{100 * share:5.1f} % {plan_in_words(node)}")
