@@ -84,7 +84,7 @@ def fit(
     """Fit an audience to people's judgements: how sharply they expect characters to choose, what
     they forget, what they thought before, and how they answer."""
     from i2pdsl.computing import computing
-    from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.fit.judgements import read_judgements, repeated
     from i2pdsl.progress import Bars
 
     options = [_choice(text) for text in choices]
@@ -97,6 +97,8 @@ def fit(
             raise click.BadParameter(f"{out!r} does not end in .toml", param_hint="--out")
         check_writable(Path(out).parent)
     judgements = read_judgements(table, scale, question, dict(options))
+    if again := repeated(judgements):
+        click.echo(f"warning: {again}", err=True)
     with Bars("fitting") as bars:
         from i2pdsl.fit.fit import fit as fitted_to
         from i2pdsl.fit.fit import fit_cues, settings_of, study

@@ -315,7 +315,9 @@ def fit(
     given = dict(fixed or {})
     own = {name: given.pop(name) for name in list(given) if name in VIEWER}
     watching = Watching(answers, study.latents, np.asarray(log_prior), own)
-    model = Model(watching, len(study.people), given, USUALLY_VARY if varies is None else varies)
+    own_ones = USUALLY_VARY if varies is None else varies
+    cells = len(study.questions)
+    model = Model(watching, len(study.people), given, own_ones, cells=cells)
     nodes = jax.tree.map(lambda *parts: np.stack(parts), *seen)
     if len(plans) > 1:
         kept = _plausible(model, nodes, study.asked)
@@ -344,7 +346,9 @@ def fit_cues(
 ) -> Fitted:
     """Fits what can be counted in a film (cues.py) to the same judgements, as a baseline."""
     answering = {"slope": 1.0, "bias": 0.0}  # weights do the same
-    model = Model(Cues(tuple(expressions)), len(study.people), answering)
+    model = Model(
+        Cues(tuple(expressions)), len(study.people), answering, cells=len(study.questions)
+    )
     nodes = cues(study.scripts, study.questions, expressions)[None]
     found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
     return Fitted(study, model, ((),), nodes, found)

@@ -75,6 +75,10 @@ POSSIBLE = {
 """What they can be where they are not fitted."""
 WEIGHT = Scale(_same, 0.0, 1.0, 0.5)
 
+MISFIT = 0.5
+"""The scale of how far questions lie apart from what any viewer would answer, in log odds, before
+any answer is seen."""
+
 USUALLY_VARY = ("plan", "prior", "lapse", "noise", "bias")
 """In what people differ unless somebody says otherwise: to let all differ in sharpness as well
 takes as many times as long as there are people. `plan` is how they think that characters plan."""
@@ -186,6 +190,9 @@ class Model:
         varies: the parameters in which people differ; `prior` stands for all weights of latents'
             values, `cue` for those of cues, and `plan` for the way of planning.
         plans: how many ways of planning there are.
+        cells: how many questions about scripts there are. Each has a deviation of its own from what
+            viewers would answer, for the same few are put to all people, and no model is right
+            (Clark 1973, DOI 10.1016/S0022-5371(73)80014-3).
     """
 
     predictor: Predictor
@@ -193,6 +200,7 @@ class Model:
     fixed: Mapping[str, float]
     varies: tuple[str, ...] = USUALLY_VARY
     plans: int = 1
+    cells: int = 0
 
     @property
     def scales(self) -> dict[str, Scale]:
@@ -235,6 +243,8 @@ class Model:
             if name in values:
                 bounded = RESPONSE[name].bounded(values[name])
                 own[name] = bounded[asked.person] if jnp.ndim(bounded) else bounded
+        if "deviation" in values:
+            own["bias"] = own["bias"] + values["deviation"][asked.cell[:, 0]]
         rows = len(asked.person)
         return p, {name: jnp.broadcast_to(value, (rows,)) for name, value in own.items()}
 
@@ -248,9 +258,17 @@ class Model:
         return jnp.where(asked.options > 0, choice, slider)
 
     def expected(self, values: dict[str, Array], seen: Any, asked: Asked) -> Array:
-        """The mean of each row's answer, [R]; of a choice the probability of the one made."""
-        p, own = self.told(values, seen, asked)
-        mean = slider_mean(p[:, 0], own)
+        """The mean of each row's answer to a question like it, [R]; of a choice the probability of
+        the one made."""
+        usual = {name: value for name, value in values.items() if name != "deviation"}
+        p, own = self.told(usual, seen, asked)
+        if "misfit" in values:
+            away = lambda z: own | {"bias": own["bias"] + values["misfit"] * z}
+            places, weights = np.polynomial.hermite_e.hermegauss(9)
+            means = jax.vmap(lambda z: slider_mean(p[:, 0], away(z)))(jnp.asarray(places))
+            mean = (weights / weights.sum()) @ means
+        else:
+            mean = slider_mean(p[:, 0], own)
         if p.shape[1] == 1:
             return mean
         made = log_choice(asked.answer.astype(int), p, asked.options, own)
@@ -304,6 +322,10 @@ class Model:
             sites["spread"] = numpyro.sample("spread", dist.HalfNormal(wide).to_event(1))
             shape = (self.people, len(wide))
             sites["own"] = numpyro.sample("own", dist.Normal(0.0, 1.0).expand(shape).to_event(2))
+        if self.cells:
+            each = dist.Normal(0.0, 1.0).expand((self.cells,)).to_event(1)
+            sites["misfit"] = numpyro.sample("misfit", dist.HalfNormal(MISFIT))
+            sites["deviation"] = numpyro.sample("deviation", each)
         return self.values(sites)
 
     def values(self, sites: Mapping[str, Array]) -> dict[str, Array]:
@@ -312,6 +334,9 @@ class Model:
         found = {name: sites["mean"][number] for number, name in enumerate(self.scales)}
         for number, name in enumerate(self.differing):
             found[name] = found[name] + sites["spread"][number] * sites["own"][:, number]
+        if self.cells:
+            found["misfit"] = sites["misfit"]
+            found["deviation"] = sites["misfit"] * sites["deviation"]
         return found
 
 

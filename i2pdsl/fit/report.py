@@ -87,6 +87,8 @@ class Report:
                 found |= {
                     f"P({latent.name} = {v})": share[..., i] for i, v in enumerate(latent.values)
                 }
+        if model.cells:
+            found["misfit"] = sites["misfit"]
         for number, name in enumerate(model.differing):
             found[f"spread[{name}]"] = sites["spread"][..., number]
         return found
@@ -268,14 +270,23 @@ class Report:
         logs = self._predicted[1]
         each = len(logs) // chains
         logs = logs[: chains * each].reshape(chains, each, -1)
+        rows, of_rows = study.judgements, ("participant", "script", "frame", "question")
         data = arviz.from_dict(
             posterior={**self.group, **own},
             observed_data={"answer": study.asked.answer},
             sample_stats={"diverging": draws.diverging},
-            coords={"person": list(study.people), "parameter": list(self.fitted.model.differing)},
-            dims={"own": ["person", "parameter"]},
+            constant_data={n: [str(getattr(row, n)) for row in rows] for n in of_rows},
+            coords={
+                "person": list(study.people),
+                "parameter": list(self.fitted.model.differing),
+                "row": np.arange(1, len(rows) + 1),
+            },
+            dims={"own": ["person", "parameter"], **{n: ["row"] for n in ("answer", *of_rows)}},
         )
-        data.add_groups(log_likelihood=arviz.dict_to_dataset({"answer": logs}, coords={}, dims={}))
+        of_answers = arviz.dict_to_dataset(
+            {"answer": logs}, coords={"row": data.observed_data["row"]}, dims={"answer": ["row"]}
+        )
+        data.add_groups(log_likelihood=of_answers)
         return data
 
     @cached_property
