@@ -16,6 +16,7 @@ from peer_arrays import ACTS, EFFECTS, FAILS, STAY, Arrays
 
 Array = Any
 STRIDE, STALLS = 5, 4  # sweeps between extrapolated values; cycles that may bring nothing
+SMALL = 8192  # states up to which single precision saves less than it takes to compile
 PLACES = 256  # beams times width that are searched together
 
 
@@ -106,7 +107,9 @@ def _in_both(solve: Any, given: Any, count: int, states: int, gamma: float, tol:
     """In single precision as far as that leads, then in doubles."""
     h, drift = np.zeros((states, count)), np.zeros(count)
     sweeps = []
-    for dtype, warm in ((np.float32, int(0.07 / (1 - gamma))), (np.float64, 5)):
+    late = int(0.7 / (1 - gamma)) // (2 * STRIDE)
+    phases = ((np.float32, late), (np.float64, 5)) if states > SMALL else ((np.float64, late),)
+    for dtype, warm in phases:
         narrow = lambda x: x.astype(dtype) if x.dtype.kind == "f" else x
         h, drift, residual, number = solve(
             *(jax.tree.map(narrow, x) for x in (np.asarray(h), np.asarray(drift), *given)), gamma, tol, warm
@@ -139,10 +142,15 @@ def planned(a: Arrays, tolerance: float) -> tuple[np.ndarray, np.ndarray, list[A
     return weak, strong, sweeps
 
 
-@jax.jit
 def policies(a: Arrays, weak: Array, strong: Array) -> tuple[Array, Array]:
     """The policies [S, A, G + 1] and [S, A, P + 1] of values [S, G] and [S, P], in single
     precision: all that posteriors and searches read."""
+    blocks = tuple((facing, int(p[0]), int(p[-1]) + 1) for facing, p in a.blocks)
+    return _policies(a, weak, strong, blocks)
+
+
+@partial(jax.jit, static_argnames="blocks")
+def _policies(a: Arrays, weak: Array, strong: Array, blocks: Any) -> tuple[Array, Array]:
 
     def softmax(q: Array) -> Array:
         p = jax.nn.softmax(a.beta * q, axis=1).astype(jnp.float32)
@@ -152,7 +160,8 @@ def policies(a: Arrays, weak: Array, strong: Array) -> tuple[Array, Array]:
     after = a.success * _take(mean, a.weak_next.T) + (1 - a.success) * mean[:, None]
     first = softmax(a.weak_home.T[:, None] + a.cost[:, None] + a.gamma * after)
     parts = []
-    for facing, problems in a.blocks:
+    for facing, begin, end in blocks:
+        problems = slice(begin, end)
         pi, own = first[:, :, facing], strong[:, problems]
         paid = pi @ a.cost + (a.weak_home[facing] if facing < len(a.weak_home) else 0)
         w = own + paid[:, None] * a.rho[problems]

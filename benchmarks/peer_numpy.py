@@ -247,7 +247,9 @@ def repeated(value: np.ndarray, state: np.ndarray, minds: np.ndarray, at: Any) -
     found = np.zeros(state.shape, bool)
     belief = minds[at]
     for back in (1, 2, 3):
-        near = np.abs(value[:, back:] - value[:, :-back]) <= 1e-6 * (1 + np.abs(value[:, back:]))
+        with np.errstate(invalid="ignore"):  # what cannot happen is worth -inf
+            apart = np.abs(value[:, back:] - value[:, :-back])
+        near = apart <= 1e-6 * (1 + np.abs(value[:, back:]))
         near &= state[:, back:] == state[:, :-back]
         near &= (np.abs(belief[:, back:] - belief[:, :-back]) <= 1e-6).all(-1)
         found[:, back:] |= near

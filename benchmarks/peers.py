@@ -166,9 +166,9 @@ def planning(report: Report, given: Given, small: bool) -> None:
         seconds = sum(s * sum(n) for s, n in zip(once.result[0], sweeps, strict=True))
         remark = "a sweep's time, times the sweeps of JAX by hand"
         report.add(work, NUMPY, Times(seconds, seconds, 0, 0), remark)
-    for who, each in values.items():
-        weak, strong = peer_numpy.residuals(a, *each)
-        assert max(weak, strong) <= 1.1 * TOLERANCE, (who, weak, strong)
+    worst = max(max(peer_numpy.residuals(a, *each)) for each in values.values())
+    # The strong one faces the policy of values of the weak one that are themselves not exact.
+    assert worst <= 2 * TOLERANCE, worst
     far = max(
         float(np.abs(x - y).max())
         for each in values.values()
@@ -177,7 +177,7 @@ def planning(report: Report, given: Given, small: bool) -> None:
     names = ", ".join(values)
     report.check(
         f"Planning: by one and the same sweep in NumPy, the residual |TV - V| of the values of "
-        f"{names} is at most {TOLERANCE:g} in every state and problem; the values differ by at "
+        f"{names} is at most {worst:.1e} in every state and problem; the values differ by at "
         f"most {far:.1e}."
     )
 
@@ -319,6 +319,7 @@ def searches(report: Report, given: Given, policies: Any, small: bool) -> None:
     a, a32, (weak, strong), (weak32, strong32) = given.arrays, *policies
     objective = story_objective(given.story.typed, given.world)
     starts, length = given.starts, given.length
+    doubles = Doubles(given, objective)
 
     def ours(width: int) -> Any:
         with computing():
@@ -347,19 +348,21 @@ def searches(report: Report, given: Given, policies: Any, small: bool) -> None:
         report.add_all(work, clocks)
         found = {who: clock.result for who, clock in clocks.items()}
         if small and width == 1:
-            some = starts[: len(starts) // 4]
-            clock = Clock(partial(_searched_plainly, given, some))
+            some = starts[::4]
+            world = plain_world(given.world.spec)
+            _believed_plainly(world, given, given.scripts[0])  # all is planned
+            clock = Clock(partial(_searched_plainly, world, given, some))
             clock.run()
             t = clock.times
             scaled = Times(t.cpu * len(starts) / len(some), t.wall * len(starts) / len(some), 0, 0)
-            report.add(work, PLAIN, scaled, f"{len(some)} of {len(starts)} starts, times 4")
-            far = np.abs(clock.result - found[NUMPY][0][: len(some)]).max()
+            report.add(work, PLAIN, scaled, f"{len(some)} of {len(starts)} starts, in proportion")
+            far = np.abs(clock.result - found[NUMPY][0][::4]).max()
             report.check(
                 f"Greedy search in plain Python, from {len(some)} starts: scores differ from those "
                 f"of NumPy by at most {far:.0e}."
             )
         check_scripts(report, given, policies, work, found)
-        exact(report, given, policies, objective, width)
+        doubles.check(report, policies, width)
     report.add("search, as by default", OURS, _default(given), "wider beams, 12 times the work")
 
 
@@ -384,60 +387,57 @@ def check_scripts(
     report.check(f"{work.capitalize()}, as timed (ours and JAX in single precision): {text}.")
 
 
-def exact(report: Report, given: Given, policies: Any, objective: Any, width: int) -> None:
-    """The same search in doubles: ours, by hand, in NumPy."""
-    import jax
-    import peer_jax
-    import peer_numpy
-    from i2pdsl.search.beam import _search
-    from i2pdsl.search.pool import Rule
-    from i2pdsl.worlds.grid.arrays import padded
-    from i2pdsl.worlds.world import double_precision
+class Doubles:
+    """Our search in doubles, which it never is for users: to compare it with others exactly."""
 
-    a, _, (weak, strong), _ = given.arrays, *policies
-    some = given.starts[:40].astype(np.int32)
-    args = (given.length, width, given.offspring)
-    with jax.enable_x64(True):
-        tables, params = (
-            jax.tree.map(double_precision, tree)
-            for tree in (padded(given.world.tables), objective.params)
-        )
+    STARTS = 40
+
+    def __init__(self, given: Given, objective: Any) -> None:
+        import jax
+        from i2pdsl.search.beam import _search
+        from i2pdsl.worlds.grid.arrays import padded
+        from i2pdsl.worlds.world import double_precision
+
+        self.given, self.starts = given, given.starts[: self.STARTS].astype(np.int32)
+        trees = (padded(given.world.tables), objective.params)
+        self.arguments = jax.tree.map(double_precision, trees)
+        self.run = jax.jit(partial(_search, given.world, objective, given.length, ()))
+
+    def scores(self, width: int) -> np.ndarray:
+        from i2pdsl.search.pool import Rule
+
+        places = np.resize(np.repeat(self.starts, width), 10 * len(self.starts))
         rule = Rule(np.int32(width), np.int32(width), np.bool_(False))
-        places = np.resize(np.repeat(some, width), 10 * len(some))
-        run = jax.jit(partial(_search, given.world, objective, given.length, ()))
-        ours = np.asarray(run(tables, params, places, rule)[0])
-        ours = ours[: len(some) * width].reshape(-1, width).max(1)
-        hand, _ = peer_jax.search(a, weak, strong, some, *args)
-    plain, _ = peer_numpy.search(a, weak, strong, some, *args)
-    told = []
-    for who, scores in ((HAND, hand), (NUMPY, plain)):
-        same = np.abs(scores - ours) < 1e-6
-        told.append(f"{who} {same.sum()}")
-        if not same.all():
-            told[-1] += f" (else up to {np.abs(scores - ours).max():.1g})"
-    report.check(
-        f"Width {width} in doubles, from {len(some)} starts: within 1e-6 of our score are "
-        + ", ".join(told)
-        + "."
-    )
+        found = np.asarray(self.run(*self.arguments, places, rule)[0])
+        return found[: len(self.starts) * width].reshape(-1, width).max(1)
+
+    def check(self, report: Report, policies: Any, width: int) -> None:
+        import peer_jax
+        import peer_numpy
+
+        a, (weak, strong) = self.given.arrays, policies[1]
+        some = (a, weak, strong, self.starts, self.given.length, width, self.given.offspring)
+        ours, told = self.scores(width), []
+        for who, scores in ((HAND, peer_jax.search(*some)[0]), (NUMPY, peer_numpy.search(*some)[0])):
+            same = np.abs(scores - ours) < 1e-6
+            told.append(f"{who} {same.sum()}")
+            if not same.all():
+                told[-1] += f" (else up to {np.abs(scores - ours).max():.1g})"
+        report.check(
+            f"Width {width} in doubles, from {len(ours)} starts: within 1e-6 of our score are "
+            f"{', '.join(told)}."
+        )
 
 
-def _searched_plainly(given: Given, starts: np.ndarray) -> np.ndarray:
+def _searched_plainly(world: Any, given: Given, starts: np.ndarray) -> np.ndarray:
     import reference
-
-    world = plain_world(given.world.spec)
 
     def score(world: Any, script: Any) -> float:
         found: float = reference.depict(world, script, reference.HELPS)
         return found + reference.rationality(world, script) + reference.plausibility(world, script)
 
-    world.log_policy("small", world.hypotheses[0], plain_state(given.world, 0))  # planned once
-    return np.array(
-        [
-            reference.beam(world, [plain_state(given.world, s)], given.length, score)[0]
-            for s in starts
-        ]
-    )
+    placed = [plain_state(given.world, int(s)) for s in starts]
+    return np.array([reference.beam(world, [s], given.length, score)[0] for s in placed])
 
 
 def _default(given: Given) -> Times:
@@ -509,7 +509,7 @@ def with_memo(
         if what == "plan":
             found = (results[f"{row} 0"], results[f"{row} 1"])
             worst = max(peer_numpy.residuals(a, *found))
-            assert worst <= 1.1 * TOLERANCE, worst
+            assert worst <= 2 * TOLERANCE, worst
             report.check(f"Planning in {who}: residual {worst:.1e}.")
         elif what in ("one", "many"):
             far = np.abs(results[f"{row} 0"] - ours[what]).max()
