@@ -130,7 +130,8 @@ def arrays_of(world: Any) -> tuple[Arrays, np.ndarray]:
 
     spec, tables, dynamics = world.spec, world.tables, world.dynamics
     weak, strong = spec.characters
-    assert weak.is_weak and not strong.is_weak and spec.social == strong
+    assert weak.is_weak, weak
+    assert spec.social == strong, strong
     _, keys = problem_keys(spec)
     facing = [weak.goals.index(k[0]) if k[0] is not None else len(weak.goals) for k in keys]
     order = np.argsort(facing, kind="stable")

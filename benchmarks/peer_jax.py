@@ -83,7 +83,9 @@ def _solved(
 
 
 @partial(jax.jit, static_argnames=("gamma", "tolerance", "warm"))
-def _weak(h: Array, drift: Array, moves: Any, other: Array, gamma: float, tolerance: float, warm: int) -> Any:
+def _weak(
+    h: Array, drift: Array, moves: Any, other: Array, gamma: float, tolerance: float, warm: int
+) -> Any:
     expect = lambda h: sum(_take(h, after) for after in other) / len(other)
     return _solved(expect, moves, h, drift, gamma, tolerance, warm)
 
@@ -110,9 +112,12 @@ def _in_both(solve: Any, given: Any, count: int, states: int, gamma: float, tol:
     late = int(0.7 / (1 - gamma)) // (2 * STRIDE)
     phases = ((np.float32, late), (np.float64, 5)) if states > SMALL else ((np.float64, late),)
     for dtype, warm in phases:
-        narrow = lambda x: x.astype(dtype) if x.dtype.kind == "f" else x
+        narrow = lambda x, dtype=dtype: x.astype(dtype) if x.dtype.kind == "f" else x
         h, drift, residual, number = solve(
-            *(jax.tree.map(narrow, x) for x in (np.asarray(h), np.asarray(drift), *given)), gamma, tol, warm
+            *(jax.tree.map(narrow, x) for x in (np.asarray(h), np.asarray(drift), *given)),
+            gamma,
+            tol,
+            warm,
         )
         sweeps.append(int(number))
     assert float(residual) <= tol, residual
@@ -127,7 +132,9 @@ def planned(a: Arrays, tolerance: float) -> tuple[np.ndarray, np.ndarray, list[A
     gamma, states = float(a.gamma), a.weak_next.shape[1]
     home = a.weak_home.T.astype(float)
     moves = (a.success, home, a.cost, a.weak_next)
-    weak, count = _in_both(_weak, (moves, a.strong_next), len(a.weak_home), states, gamma, tolerance)
+    weak, count = _in_both(
+        _weak, (moves, a.strong_next), len(a.weak_home), states, gamma, tolerance
+    )
     policy, sweeps = softmax(a, q_weak(a, weak)), [count]
     strong = np.empty((states, len(a.rho)))
     for facing, problems in a.blocks:

@@ -148,8 +148,8 @@ def cost(a):
 
 
 @jax.jit
-def chance():
-    return CHANCE
+def only(s):
+    return 0 * s
 
 
 @memo
@@ -162,8 +162,8 @@ def after_any_answer[s: S](v: ...):
 @memo
 def weak_best[s: S, a: A](w: ..., home: ...):
     weak: knows(s, a)
-    return array_index(home, s) + cost(a) + gamma() * (
-        chance() * array_index(w, weak_after(s, a)) + (1 - chance()) * array_index(w, s)
+    return array_index(home, s) + cost(a) + {GAMMA} * (
+        {CHANCE} * array_index(w, weak_after(s, a)) + {1 - CHANCE} * array_index(w, s)
     )
 
 
@@ -173,9 +173,9 @@ def after_answer[s: S](v: ..., policy: ..., home: ..., rho: ...):
     strong: thinks[weak: knows(s), weak: chooses(a in A, wpp=array_index(policy, s, a))]
     return strong[
         E[
-            array_index(rho) * (array_index(home, s) + cost(weak.a))
-            + chance() * array_index(v, weak_after(s, weak.a))
-            + (1 - chance()) * array_index(v, s)
+            array_index(rho, only(s)) * (array_index(home, s) + cost(weak.a))
+            + {CHANCE} * array_index(v, weak_after(s, weak.a))
+            + {1 - CHANCE} * array_index(v, s)
         ]
     ]
 
@@ -183,7 +183,7 @@ def after_answer[s: S](v: ..., policy: ..., home: ..., rho: ...):
 @memo
 def strong_best[s: S, b: A](w: ..., home: ...):
     strong: knows(s, b)
-    return array_index(home, s) + cost(b) + gamma() * array_index(w, strong_after(s, b))
+    return array_index(home, s) + cost(b) + {GAMMA} * array_index(w, strong_after(s, b))
 
 
 def one_weak(v: Any, home: Any) -> Any:
@@ -191,7 +191,7 @@ def one_weak(v: Any, home: Any) -> Any:
 
 
 def one_strong(v: Any, home: Any, rho: Any, policy: Any, others: Any) -> Any:
-    return strong_best(after_answer(v, policy, others, rho), home).max(1)
+    return strong_best(after_answer(v, policy, others, rho[None]), home).max(1)
 
 
 # Problems stand in the last axis, so that one gather reads a state's values of all of them.
@@ -296,7 +296,8 @@ def seen_naturally(a: Arrays, belief: np.ndarray, likelihood: np.ndarray) -> np.
     """As peer_numpy.seen; one model for each row of actions."""
     rows = likelihood.reshape(-1, *likelihood.shape[-2:])
     before = np.broadcast_to(belief, (*likelihood.shape[:-2], 1, len(H))).reshape(-1, len(H))
-    found = [believed(jnp.asarray(b), jnp.asarray(row)).T for b, row in zip(before, rows, strict=True)]
+    pairs = zip(map(jnp.asarray, before), map(jnp.asarray, rows), strict=True)
+    found = [believed(b, row).T for b, row in pairs]
     return forgotten(np.array(found), a.forgetting).reshape(likelihood.shape)
 
 
@@ -363,9 +364,8 @@ def main() -> None:
             )
             row(f"search {width} natural", natural, 1)
     np.savez(FOLDER / "memo.npz", **arrays)
-    rows["versions"] = f"memo-lang {version('memo-lang')} on JAX {jax.__version__}, Python " + (
-        sys.version.split()[0]
-    )
+    python = sys.version.split()[0]
+    rows["versions"] = f"memo-lang {version('memo-lang')} on JAX {jax.__version__}, Python {python}"
     (FOLDER / "memo.json").write_text(json.dumps(rows))
 
 

@@ -160,7 +160,9 @@ def posterior(
 class Ahead:
     """What can follow prefixes in states [M] with beliefs [M, H]: K = 45 children of each."""
 
-    def __init__(self, a: Arrays, weak: Any, strong: Any, state: Any, belief: Any, see: Any) -> None:
+    def __init__(
+        self, a: Arrays, weak: Any, strong: Any, state: Any, belief: Any, see: Any
+    ) -> None:
         reached = a.weak_next[:, state].T  # [M, A]
         first = see(a, belief[:, None], weak[state][..., a.weak_of])
         likelihood = strong[reached][..., a.strong_of]  # [M, A, A, H]

@@ -133,6 +133,7 @@ def planning(report: Report, given: Given, small: bool) -> None:
     """All problems of both characters, to a Bellman residual of TOLERANCE."""
     import peer_jax
     import peer_numpy
+
     from i2pdsl.worlds.grid.planning import solve
 
     a, spec, dynamics = given.arrays, given.world.spec, given.world.dynamics
@@ -250,9 +251,10 @@ def _numpy_sweeps(a: Arrays, values: Any) -> tuple[list[float], float]:
 
 def beliefs(report: Report, given: Given, policies: Any, small: bool) -> dict[str, np.ndarray]:
     """P(rho > 0 | script[:t]) at all t, of one script and of all of them."""
-    import i2pdsl
     import peer_jax
     import peer_numpy
+
+    import i2pdsl
 
     a, a32, (weak, strong), (weak32, strong32) = given.arrays, *policies
     starts, turns = given.turns
@@ -294,9 +296,7 @@ def _believed_plainly(world: Any, given: Given, script: Any) -> list[float]:
         "frames": [{**frame, "event": None} for frame in script.record.frames],
     }
     world._filtered.clear()
-    return [
-        reference.P(world, told, t, reference.HELPS) for t in range(given.length + 1)
-    ]
+    return [reference.P(world, told, t, reference.HELPS) for t in range(given.length + 1)]
 
 
 def _check_beliefs(report: Report, what: str, found: dict[str, np.ndarray]) -> None:
@@ -312,6 +312,7 @@ def _check_beliefs(report: Report, what: str, found: dict[str, np.ndarray]) -> N
 def searches(report: Report, given: Given, policies: Any, small: bool) -> None:
     import peer_jax
     import peer_numpy
+
     from i2pdsl.computing import computing
     from i2pdsl.objective.terms import story_objective
     from i2pdsl.search.beam import beam_search
@@ -394,6 +395,7 @@ class Doubles:
 
     def __init__(self, given: Given, objective: Any) -> None:
         import jax
+
         from i2pdsl.search.beam import _search
         from i2pdsl.worlds.grid.arrays import padded
         from i2pdsl.worlds.world import double_precision
@@ -418,7 +420,10 @@ class Doubles:
         a, (weak, strong) = self.given.arrays, policies[1]
         some = (a, weak, strong, self.starts, self.given.length, width, self.given.offspring)
         ours, told = self.scores(width), []
-        for who, scores in ((HAND, peer_jax.search(*some)[0]), (NUMPY, peer_numpy.search(*some)[0])):
+        for who, scores in (
+            (HAND, peer_jax.search(*some)[0]),
+            (NUMPY, peer_numpy.search(*some)[0]),
+        ):
             same = np.abs(scores - ours) < 1e-6
             told.append(f"{who} {same.sum()}")
             if not same.all():
@@ -496,14 +501,20 @@ def with_memo(
         rows = json.loads((folder / "memo.json").read_text())
         results = dict(np.load(folder / "memo.npz"))
     report.check(f"memo: {rows.pop('versions')}.")
-    names = {"plan": "planning", "one": "beliefs, a script", "many": f"beliefs, {len(starts):,} scripts"}
+    names = {
+        "plan": "planning",
+        "one": "beliefs, a script",
+        "many": f"beliefs, {len(starts):,} scripts",
+    }
     names |= {"search 1": "search, greedy", "search 10": "search, beam of 10"}
     for row, times in rows.items():
         what, _, style = row.rpartition(" ")
         who = NATURAL if style == "natural" else FASTEST
         if what == "sweep":
-            report.check(f"memo, fastest: one sweep of all problems takes {times['cpu']:.2f} s, and "
-                         f"finds our values settled to {float(results[row + ' 0']):.1e}.")
+            report.check(
+                f"memo, fastest: one sweep of all problems takes {times['cpu']:.2f} s, and "
+                f"finds our values settled to {float(results[row + ' 0']):.1e}."
+            )
             continue
         report.add(names[what], who, Times(**times))
         if what == "plan":
@@ -517,7 +528,9 @@ def with_memo(
         else:
             actions = results[f"{row} 1"]
             scores = peer_numpy.scores(a, weak, strong, given.starts, actions)
-            report.check(f"{names[what].capitalize()}, {who}: the best score is {scores.max():.6f}.")
+            report.check(
+                f"{names[what].capitalize()}, {who}: the best score is {scores.max():.6f}."
+            )
 
 
 # ---- Worlds --------------------------------------------------------------------------------------
@@ -527,6 +540,7 @@ def measure(name: str, length: int, count: int, scripts: int, folder: Path, memo
     import jax
     import peer_jax
     import peer_numpy
+
     from i2pdsl.computing import computing
     from i2pdsl.objective.starts import allowed_starts
     from i2pdsl.pipeline import load
@@ -589,7 +603,7 @@ def processes(folder: Path) -> Report:
 
     arrays_of(load(story).world())[0].save(folder / "arrays.npz")
     hand = [sys.executable, __file__, "--by-hand", str(folder / "arrays.npz")]
-    process(report, "nothing in any cache", HAND, hand, "a list of actions; states come from a file")
+    process(report, "nothing in any cache", HAND, hand, "actions only; states come from a file")
     process(report, "the world planned, programs compiled", OURS, ours)
     return report
 
@@ -615,7 +629,7 @@ def machine() -> str:
     model = platform.processor()
     if Path("/proc/cpuinfo").exists():
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        model = next((line.split(": ")[1] for line in text.splitlines() if "model name" in line), "")
+        model = re.findall(r"model name\s*: (.*)", text)[0]
     packages = ", ".join(f"{name} {version(name)}" for name in ("i2pdsl", "jax", "numpy"))
     return (
         f"{time.strftime('%Y-%m-%d', time.gmtime())}; {model}, {os.cpu_count()} processors; "
