@@ -64,10 +64,12 @@ def _solved(
         new = last - middle
         change = new - (middle - h - leap)
         ratio = -(new * change).sum(0) / jnp.maximum((change * change).sum(0), 1e-30)
-        leap = jnp.where((wait == 0) & (residual > tolerance), ratio * new, 0)
+        # Below a few units in the last place of the values no sweep leads.
+        enough = jnp.maximum(tolerance, 5 * jnp.finfo(h.dtype).eps * jnp.abs(late).max(0))
+        leap = jnp.where((wait == 0) & (residual > enough), ratio * new, 0)
         fell = leapt | (residual < gamma**STRIDE * before)
         drift = drift + gamma * (low + high) / 2
-        stalls = jnp.where(fell, 0, stalls + 1)
+        stalls = jnp.where(residual <= enough, STALLS, jnp.where(fell, 0, stalls + 1))
         return last, drift, leap, residual, wait, strikes, stalls, sweeps + 2 * STRIDE
 
     def go_on(carry: Any) -> Array:
