@@ -107,7 +107,8 @@ def planned(a: Arrays, tolerance: float) -> tuple[np.ndarray, np.ndarray, list[i
     strong = np.empty((len(weak), len(a.rho)))
     for facing, problems in a.blocks:
         sweep = strong_sweep(a, policy, facing, problems)
-        strong[:, problems], count = solved(sweep, 0 * strong[:, problems], gamma, tolerance)
+        none = np.zeros((len(weak), len(problems)))
+        strong[:, problems], count = solved(sweep, none, gamma, tolerance)
         sweeps.append(count)
     return weak, strong, sweeps
 
