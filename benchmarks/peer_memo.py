@@ -304,7 +304,6 @@ def seen_naturally(a: Arrays, belief: np.ndarray, likelihood: np.ndarray) -> np.
 def posterior_naturally(weak: Any, strong: Any, starts: Any, actions: Any) -> np.ndarray:
     """As peer_numpy.posterior; one observation after the other."""
     a, found = GIVEN, []
-    weak, strong = weak[..., a.weak_of], strong[..., a.strong_of]
     for state, turns in zip(starts, actions, strict=True):
         belief, asked = np.full(len(H), 1 / len(H)), []
         for turn in [*turns, None]:
@@ -313,11 +312,11 @@ def posterior_naturally(weak: Any, strong: Any, starts: Any, actions: Any) -> np
                 break
             own, answer = divmod(int(turn), len(A))
             act, effect = (own, own) if own <= STAY else (own - STAY - 1, STAY)
-            for policy, action, after in (
-                (weak, act, a.weak_next[effect, state]),
-                (strong, answer, a.strong_next[answer, a.weak_next[effect, state]]),
+            for policy, of, action, after in (
+                (weak, a.weak_of, act, a.weak_next[effect, state]),
+                (strong, a.strong_of, answer, a.strong_next[answer, a.weak_next[effect, state]]),
             ):
-                now = believed(jnp.asarray(belief), jnp.asarray(policy[state]))
+                now = believed(jnp.asarray(belief), jnp.asarray(policy[state][:, of]))
                 belief, state = forgotten(np.asarray(now[:, action]), a.forgetting), after
         found.append(asked)
     return np.array(found)

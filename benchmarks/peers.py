@@ -169,7 +169,7 @@ def planning(report: Report, given: Given, small: bool) -> None:
         report.add(work, NUMPY, Times(seconds, seconds, 0, 0), remark)
     worst = max(max(peer_numpy.residuals(a, *each)) for each in values.values())
     # The strong one faces the policy of values of the weak one that are themselves not exact.
-    assert worst <= 2 * TOLERANCE, worst
+    assert worst <= 3 * TOLERANCE, worst
     far = max(
         float(np.abs(x - y).max())
         for each in values.values()
@@ -520,7 +520,7 @@ def with_memo(
         if what == "plan":
             found = (results[f"{row} 0"], results[f"{row} 1"])
             worst = max(peer_numpy.residuals(a, *found))
-            assert worst <= 2 * TOLERANCE, worst
+            assert worst <= 3 * TOLERANCE, worst
             report.check(f"Planning in {who}: residual {worst:.1e}.")
         elif what in ("one", "many"):
             far = np.abs(results[f"{row} 0"] - ours[what]).max()
