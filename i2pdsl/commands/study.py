@@ -53,7 +53,7 @@ def study(
                 films.make(do, bars.sweeping)
         except KeyboardInterrupt:
             status = INTERRUPTED
-        panels = _judged(films, folder, bars) if films.made else []
+        panels = _judged(films, folder, bars) if films.made and status == DONE else []
     document = {
         "study": read.name,
         "title": read.title,
