@@ -85,6 +85,12 @@ def story_files(path: str) -> list[Path]:
     return _files(path, lambda file: file.name.endswith((".story", ".world")), "stories")
 
 
+def written_files(path: str) -> list[Path]:
+    """As `story_files`, with studies: all that people write."""
+    wanted = (".story", ".world", ".study")
+    return _files(path, lambda file: file.name.endswith(wanted), "stories")
+
+
 def _files(path: str, is_one: Callable[[Path], bool], what: str) -> list[Path]:
     """The file itself, or those of a folder that are wanted, but not of hidden folders."""
     place = Path(path)
