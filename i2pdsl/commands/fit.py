@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from i2pdsl.output import DONE, INTERRUPTED, WRONG, check_writable, output, outp
 
 if TYPE_CHECKING:
     from i2pdsl.fit.compare import Comparison
+    from i2pdsl.fit.fit import Study, Value
     from i2pdsl.fit.judgements import Choice
     from i2pdsl.fit.report import Report
 
@@ -89,8 +90,8 @@ def fit(
 
     options = [_choice(text) for text in choices]
     tried = dict(_numbers(text, "--grid") for text in grid)
-    fixed = {name: values[0] for name, values in (_numbers(text, "--fix") for text in fix)}
-    others = {text: _numbers(text, "--against") for text in against}
+    fixed = dict(_value(text, "--fix") for text in fix)
+    others = {text: dict([_value(text, "--against")]) for text in against}
     varies = _varying(vary)
     if out is not None:
         if Path(out).suffix != ".toml":
@@ -103,12 +104,16 @@ def fit(
         from i2pdsl.fit.fit import fit as fitted_to
         from i2pdsl.fit.fit import fit_cues, settings_of, study
 
-        people = study(judgements, Path(table).parent, scale, dict(options), bars.watch)
-        parameters, settings = settings_of(people, fixed, tried)
+        def asked(reshaping: Mapping[str, Value]) -> Study:
+            folder = Path(table).parent
+            return study(judgements, folder, scale, dict(options), bars.watch, reshaping)
+
+        people = asked({})
+        parameters, settings, reshaping = settings_of(people, fixed, tried)
         changed = {
-            text: settings_of(people, {**fixed, name: values[0]}, {})
-            for text, (name, values) in others.items()
+            text: settings_of(people, {**fixed, **other}, {}) for text, other in others.items()
         }
+        people = asked(reshaping) if reshaping else people
         with computing(bars.say):
             from i2pdsl.fit.compare import compared
             from i2pdsl.fit.report import Report
@@ -119,9 +124,10 @@ def fit(
             found = fitted_to(people, tried, parameters, settings, **audience)
             report = Report(found)
             reports = {"this audience": report}
-            for text, (own, of_world) in changed.items():
+            for text, (own, of_world, shape) in changed.items():
                 rest = {name: values for name, values in tried.items() if name not in of_world}
-                reports[text] = Report(fitted_to(people, rest, own, of_world, **audience))
+                those = people if shape == reshaping else asked(shape)
+                reports[text] = Report(fitted_to(those, rest, own, of_world, **audience))
             if cues:
                 reports["cues"] = Report(fit_cues(people, cues, **told))
             comparison = compared(reports) if len(reports) > 1 else ()
@@ -219,10 +225,20 @@ def _numbers(text: str, option: str) -> tuple[str, Sequence[float]]:
         values = [float(part) for part in rest.split(",")]
     except ValueError:
         values = []
-    if not equals or not values or (option != "--grid" and len(values) > 1):
-        message = f"{text!r} is not NAME={'V1,V2' if option == '--grid' else 'VALUE'}"
-        raise click.BadParameter(message, param_hint=option)
+    if not equals or not values:
+        raise click.BadParameter(f"{text!r} is not NAME=V1,V2", param_hint=option)
     return name.strip(), values
+
+
+def _value(text: str, option: str) -> tuple[str, Value]:
+    """A number, or a word: `level0=costs`."""
+    name, equals, rest = (part.strip() for part in text.partition("="))
+    if not equals or not rest or "," in rest:
+        raise click.BadParameter(f"{text!r} is not NAME=VALUE", param_hint=option)
+    try:
+        return name, float(rest)
+    except ValueError:
+        return name, rest
 
 
 def _varying(text: str | None) -> tuple[str, ...] | None:

@@ -44,7 +44,7 @@ def people(report: Report, viewers: int) -> tuple[Person, ...]:
 
 
 def person(
-    watching: Watching, own: Mapping[str, np.ndarray], settings: Mapping[str, float]
+    watching: Watching, own: Mapping[str, np.ndarray], settings: Mapping[str, float | str]
 ) -> Person:
     """The viewer with (unbounded) parameters, who thinks that characters plan in a certain way."""
     viewer = watching.viewer({name: jnp.asarray(value, float) for name, value in own.items()})

@@ -38,13 +38,15 @@ from i2pdsl.fit.viewers import Answers, Question, Watched, what_is_seen
 from i2pdsl.language import typed as ty
 from i2pdsl.language.story import USUAL
 from i2pdsl.language.vocabulary import Vocabulary, show_value
-from i2pdsl.scripts import Script
+from i2pdsl.scripts import Script, script_from
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.ready import ready_world
+from i2pdsl.worlds.record import read_record
 from i2pdsl.worlds.world import Viewer as SpecViewer
 
 Array = Any
-Plan = tuple[tuple[str, float], ...]
+Value = float | str
+Plan = tuple[tuple[str, Value], ...]
 """How characters plan in a node of the grid: settings of the world with their values."""
 
 MOST_WORSE = 20.0  # nats by which a way of planning may be worse than the best, and still count
@@ -100,11 +102,13 @@ def study(
     scale: float = 1.0,
     choices: Mapping[str, Choice] | None = None,
     watch: Watch | None = None,
+    settings: Mapping[str, Value] | None = None,
 ) -> Study:
     """Reads the scripts of a table and checks its questions.
 
     Args:
         folder: what paths of scripts are relative to.
+        settings: of all worlds, in place of what the scripts' files say.
 
     Raises StoryError with all mistakes, at the cells that name what is wrong.
     """
@@ -115,7 +119,11 @@ def study(
         if each.script in scripts or each.script in broken:
             continue
         try:
-            scripts[each.script] = Script.load(folder / each.script, watch)
+            path = folder / each.script
+            record = read_record(path)
+            changed = {**record.world.get("settings", {}), **(settings or {})}
+            record = replace(record, world={**record.world, "settings": changed})
+            scripts[each.script] = script_from(record, path.parent, watch)
         except StoryError as problem:
             broken.add(each.script)
             first = problem.diagnostics[0]
@@ -248,38 +256,54 @@ def seen_under(study: Study, plan: Plan, watch: Watch | None = None) -> tuple[li
 
 
 def settings_of(
-    study: Study, fixed: Mapping[str, float], grid: Mapping[str, Sequence[float]]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Of numbers that are given, the parameters of the model, and the settings of the world as
-    viewers believe it works. Raises StoryError where a world has no such setting."""
-    words, parameters, settings = study.words, {}, {}
-    known = {name: setting for name, setting in words.settings.items() if not setting.reshapes}
-    for name, values in [*((n, [v]) for n, v in fixed.items()), *grid.items()]:
+    study: Study, fixed: Mapping[str, Value], grid: Mapping[str, Sequence[float]]
+) -> tuple[dict[str, float], dict[str, Value], dict[str, Value]]:
+    """Of what is given, the parameters of the model, the settings of the world as viewers believe
+    it works, and those that change what can be believed, for `study`.
+
+    Raises StoryError where a world has no such setting, or none with such a value.
+    """
+    parameters: dict[str, float] = {}
+    settings: dict[str, Value] = {}
+    reshaping: dict[str, Value] = {}
+    known = study.words.settings
+    given: list[tuple[str, Sequence[Value]]] = [*((n, [v]) for n, v in fixed.items())]
+    for name, values in [*given, *grid.items()]:
         if (name in VIEWER or name in RESPONSE) and name not in grid:
+            (value,) = values
             low, high = POSSIBLE[name]
-            if not low <= values[0] <= high:
-                message = f"`{name}` cannot be {values[0]:g}: it is between {low:g} and {high:g}"
+            if isinstance(value, str) or not low <= value <= high:
+                message = f"`{name}` cannot be {_shown(value)}: it is between {low:g} and {high:g}"
                 raise error("setting", message, whole_file("fit"))
-            parameters[name] = values[0]
+            parameters[name] = value
             continue
-        if name not in known:
+        if name not in known or (name in grid and known[name].reshapes):
             message = f"there is no parameter, and no setting of the world, called `{name}`"
             hint = did_you_mean(name, {*known, *VIEWER, *RESPONSE})
+            if name in known:
+                message = (
+                    f"`{name}` changes what can be believed, so its values have no common grid"
+                )
+                hint = f"compare them: `--against {name}={_shown(values[-1])}`"
             raise error("setting", message, whole_file("fit"), hint)
         for value in values:
             if not known[name].holds(value):
-                message = f"`{name}` cannot be {value:g}: it is {known[name].possible}"
+                message = f"`{name}` cannot be {_shown(value)}: it is {known[name].possible}"
                 raise error("setting", message, whole_file("fit"))
         if name not in grid:
-            settings[name] = values[0]
-    return parameters, settings
+            (reshaping if known[name].reshapes else settings)[name] = values[0]
+    return parameters, settings, reshaping
+
+
+def _shown(value: Value) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def fit(
     study: Study,
     grid: Mapping[str, Sequence[float]] | None = None,
     fixed: Mapping[str, float] | None = None,
-    settings: Mapping[str, float] | None = None,
+    settings: Mapping[str, Value] | None = None,
     varies: tuple[str, ...] | None = None,
     chains: int = 4,
     warmup: int = 400,

@@ -347,6 +347,7 @@ def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
     return float(np.corrcoef(people, model)[0, 1]), rmse
 
 
-def plan_in_words(plan: Mapping[str, float]) -> str:
+def plan_in_words(plan: Mapping[str, float | str]) -> str:
     """A way of planning: `beta = 2, gamma = 0.9`."""
-    return ", ".join(f"{name} = {value:g}" for name, value in plan.items())
+    shown = lambda value: value if isinstance(value, str) else f"{value:g}"
+    return ", ".join(f"{name} = {shown(value)}" for name, value in plan.items())

@@ -40,15 +40,15 @@ class Person:
     sharpness: float
     forgetting: float
     prior: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    settings: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, float | str] = field(default_factory=dict)
 
     def observer(self, words: Vocabulary) -> Observer:
         """The viewer in a world; what that does not have is left out."""
         settings: dict[str, Any] = {"forgetting": self.forgetting, **self.settings}
         known = {
-            name: float(value)
+            name: value if isinstance(value, str) else float(value)
             for name, value in settings.items()
-            if name in words.observer_settings and words.settings[name].accepts(value)
+            if name in words.observer_settings and words.settings[name].holds(value)
         }
         weights = list(words.prior or (1.0,) * len(words.hypotheses))
         for name, values in self.prior.items():
@@ -113,6 +113,11 @@ def _between(low: float, high: float) -> Any:
     return wrong
 
 
+def _number_or_word(value: Any) -> str | None:
+    is_word = isinstance(value, str) and value.isidentifier() and len(value) < 100
+    return None if is_word else _between(-1e6, 1e6)(value)
+
+
 def _viewer(value: Any, name: str) -> str | None:
     """What is wrong with a viewer."""
     if not isinstance(value, dict):
@@ -122,7 +127,7 @@ def _viewer(value: Any, name: str) -> str | None:
         "sharpness": _between(1e-3, 1e3),
         "forgetting": _between(0.0, 1.0),
         "prior": {str: {str: _between(0.0, 1e6)}},
-        "settings": {str: _between(-1e6, 1e6)},
+        "settings": {str: _number_or_word},
     }
     return mismatch(whole, shape, name)
 
@@ -165,5 +170,7 @@ def _key(name: str) -> str:
     return name if name.isascii() and name.replace("_", "").isalnum() else f'"{escaped}"'
 
 
-def _number(value: float) -> str:
+def _number(value: float | str) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
     return repr(float(f"{value:.6g}"))

@@ -68,6 +68,7 @@ def fitted(folder: Path) -> tuple[Outcome, Path]:
     out = folder / "people.toml"
     given = ("--question", QUESTION, "--scale", "100", "--chains", "2", "--draws", "60")
     baseline = ("--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t")
+    baseline = (*baseline, "--against", "hypotheses=literal")
     given = (*given, *baseline, "--warmup", "100", "--vary", "nothing", "--json")
     return process("fit", table, "-o", out, *given), out
 
@@ -108,8 +109,10 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
 
 
 def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Path]) -> None:
-    first, second = json.loads(fitted[0].out)["comparison"]
-    assert (first["name"], second["name"]) == ("this audience", "cues")
+    told = json.loads(fitted[0].out)["comparison"]
+    assert {one["name"] for one in told} == {"this audience", "hypotheses=literal", "cues"}
+    first, second = told[0], told[-1]
+    assert second["name"] == "cues"
     assert first["difference"] == 0
     assert second["difference"] == pytest.approx(first["loo"] - second["loo"])
     assert second["difference"] > 2 * second["se"] > 0
@@ -156,6 +159,10 @@ def test_questions_that_cannot_be_asked(folder: Path, row: str, place: str, said
         (("--fix", "lapse=1.5"), 1, "`lapse` cannot be 1.5"),
         (("-o", "people.json"), 2, "does not end in .toml"),
         (("--grid", "gamma=2"), 1, "`gamma` cannot be 2"),
+        (("--grid", "horizon=3,5"), 1, "its values have no common grid"),
+        (("--against", "level0=none"), 1, "`level0` cannot be none: it is uniform, costs"),
+        (("--against", "beta=1,2"), 2, "is not NAME=VALUE"),
+        (("--fix", "noise=much"), 1, "`noise` cannot be much"),
         (("--fix", "bias"), 2, "is not NAME=VALUE"),
         (("--vary", "moods"), 2, "'moods' is none of"),
         (("--choice", "why"), 2, "is not NAME:LABEL=EXPR"),

@@ -61,7 +61,7 @@ def test_a_file_that_is_none(tmp_path: Path, text: str, said: str) -> None:
         "sharpness = 1",
         "sharpness = 1\nforgetting = 0\nprior.rho = { 1 = -1 }",
         "sharpness = 1\nforgetting = 0\nprior.rho = 3",
-        "sharpness = 1\nforgetting = 0\nsettings = { beta = 'x' }",
+        "sharpness = 1\nforgetting = 0\nsettings = { beta = 'x y' }",
         "sharpness = 1\nforgetting = 0\nother = 1",
     ],
 )
