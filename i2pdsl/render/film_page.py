@@ -114,7 +114,7 @@ def film_page(
         wishes=_wishes(wishes),
         happenings="\n".join(_happenings(film)),
         source=plain(source),
-        data=_json(shared | film.data),
+        data=as_json(shared | film.data),
         player=script,
     )
 
@@ -284,7 +284,7 @@ def _happenings(film: Film) -> Iterable[str]:
         )
 
 
-def _json(data: Any) -> str:
+def as_json(data: Any) -> str:
     """JSON for a <script> element: nothing in it can end that element or open a comment."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)  # ASCII only
     for letter in "<>&":
