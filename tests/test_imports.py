@@ -51,7 +51,7 @@ FLOORS = (
     ("progress", "sweep"),
     ("render", "describe"),
     ("editor",),
-    ("library",),
+    ("library", "study"),
     ("repl", "notebook", "output", "beginnings"),
     ("commands",),
     ("cli", "__main__"),

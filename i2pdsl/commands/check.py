@@ -10,12 +10,14 @@ from i2pdsl.commands.inputs import story_files
 from i2pdsl.errors import Diagnostic, StoryError
 from i2pdsl.output import DONE, WRONG, output_json, show
 
+_CHECKED = (".story", ".world", ".study")
+
 
 @click.command()
 @click.argument("paths", nargs=-1, required=True, type=click.Path())
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def check(paths: tuple[str, ...], as_json: bool) -> int:
-    """Check stories, libraries and worlds, or whole folders of them."""
+    """Check stories, libraries, worlds and studies, or whole folders of them."""
     from i2pdsl.language.check import TypedStory, check_source
     from i2pdsl.language.statements import read_source
     from i2pdsl.worlds.drawings import beside
@@ -26,7 +28,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     files: list[str] = []
     for path in paths:
         try:
-            files += [str(f) for f in story_files(path)]
+            files += [str(f) for f in story_files(path, _CHECKED)]
         except StoryError as problem:
             diagnostics.extend(problem.diagnostics)
     files = list(dict.fromkeys(files))
@@ -36,6 +38,11 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
             if name.endswith(".world"):
                 spec = parse_world(source, Path(name).stem, beside(Path(name).parent))
                 diagnostics.extend(kind_of(spec).warnings(spec, name))
+            elif name.endswith(".study"):
+                from i2pdsl.study.check import check_study
+                from i2pdsl.study.parse import parse_study
+
+                check_study(parse_study(source, Path(name)))
             else:
                 folder = Path(name).parent
                 checked = check_source(source, find_vocabulary, folder)

@@ -80,9 +80,9 @@ def script_files(path: str) -> list[Path]:
     return _files(path, is_script, "scripts")
 
 
-def story_files(path: str) -> list[Path]:
+def story_files(path: str, suffixes: tuple[str, ...] = (".story", ".world")) -> list[Path]:
     """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
-    return _files(path, lambda file: file.name.endswith((".story", ".world")), "stories")
+    return _files(path, lambda file: file.name.endswith(suffixes), "stories")
 
 
 def _files(path: str, is_one: Callable[[Path], bool], what: str) -> list[Path]:

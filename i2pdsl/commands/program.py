@@ -34,6 +34,7 @@ COMMANDS = (
     "sweep",
     "explain",
     "fit",
+    "study",
     "repl",
     "worlds",
     "patterns",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from contextlib import closing
 from pathlib import Path
@@ -141,12 +140,9 @@ def _outcomes(
         from i2pdsl.sweep.cluster import run_on_cluster
 
         return run_on_cluster(todo, scheduler)
-    from i2pdsl.sweep.planning import plan_worlds
-    from i2pdsl.sweep.pool import run_here
-    from i2pdsl.sweep.work import run_job
+    from i2pdsl.sweep.planning import done_here
 
-    plan_worlds(todo, folder, bars.watch)
-    return run_here(todo, workers or _usual_workers(), run_job)
+    return done_here(todo, folder, workers, bars.watch)
 
 
 def _keep(
@@ -167,9 +163,3 @@ def _keep(
                 results.write_table()
                 written = time.monotonic()
     return broken
-
-
-def _usual_workers() -> int:
-    """One process for two processors: a search computes in several threads."""
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return max(1, (usable or 1) // 2)

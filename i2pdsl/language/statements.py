@@ -83,7 +83,7 @@ def read_source(path: Path | str) -> Source:
     A script may be larger than what people write.
     """
     name = str(path)
-    is_written = name.endswith((".story", ".world"))
+    is_written = name.endswith((".story", ".world", ".study"))
     return decode(read_data(path, LARGEST_TEXT if is_written else LARGEST_SCRIPT), name)
 
 

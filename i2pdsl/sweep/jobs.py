@@ -75,7 +75,8 @@ def list_jobs(
     for path in dict.fromkeys(paths):
         for chosen in choices_of(settings):
             try:
-                jobs += _jobs_of(path, chosen, seeds, manner)
+                story = story_from(read_source(path), Path(path).parent, chosen)
+                jobs += jobs_of_story(story, chosen, seeds, manner)
             except StoryError as problem:
                 problems += problem.diagnostics
     if problems:
@@ -88,10 +89,10 @@ def list_jobs(
     return jobs
 
 
-def _jobs_of(
-    path: str, settings: tuple[Setting, ...], seeds: Sequence[int], manner: Manner
+def jobs_of_story(
+    story: Story, settings: tuple[Setting, ...], seeds: Sequence[int], manner: Manner
 ) -> list[Job]:
-    story = story_from(read_source(path), Path(path).parent, settings)
+    """The jobs of one story, with `settings` in it already."""
     told = story.typed
     name = plain_name(told.name)
     chosen = ",".join(f"{key}={''.join(value.split())}" for key, value in settings)
@@ -103,7 +104,7 @@ def _jobs_of(
     return [
         Job(
             told.name,
-            path,
+            told.source.name,
             told.source.text,
             settings,
             seed,

@@ -45,6 +45,7 @@ class Syntax:
         named: the blocks that have a name, and may occur several times.
         drawn: the statements whose lines are drawn, not written.
         elsewhere: what is to be said of a word that has no meaning (in a block, if one is named).
+        what: the file says, for messages and their codes.
     """
 
     grammar: str
@@ -52,6 +53,7 @@ class Syntax:
     named: tuple[str, ...]
     drawn: frozenset[str] = frozenset()
     elsewhere: Callable[[str, str], str | None] = lambda word, block: None
+    what: str = "world"
 
     @property
     def keywords(self) -> tuple[str, ...]:
@@ -218,7 +220,9 @@ class BlockReader:
             shown = shorten(piece.keyword) or piece.span.text[:1]
             hint = f"did you mean `{meant}`?" if meant else self.syntax.elsewhere(piece.keyword, "")
             hint = hint or "blocks: " + ", ".join(self.syntax.keywords)
-            self.problem("world-block", f"`{shown}` begins no block of a world", span, hint)
+            self.problem(
+                "world-block", f"`{shown}` begins no block of a {self.syntax.what}", span, hint
+            )
             return
         try:
             tree = self.syntax.tree(piece, len(self.problems))
