@@ -89,7 +89,7 @@ def analyse(answers: Answers, seed: int = 0) -> tuple[Share, ...]:
             if study.pairs:
                 deviations = each[key] - 0.5
                 spread = drawn[key] - 0.5
-                p = _flipped(generator, deviations)
+                p = flipped(generator, deviations)
                 comparison = Comparison("chance", float(np.nanmean(own)) - 0.5, *_ends(spread), p)
             elif (group.name, method.against) in columns:
                 other = group.name, method.against
@@ -144,7 +144,7 @@ def _permuted(generator: np.random.Generator, first: np.ndarray, second: np.ndar
     return _p(first.mean() - second.mean(), found)
 
 
-def _flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
+def flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
     """p of a mean, the films of each pair being exchanged at random."""
     signs = generator.choice([-1.0, 1.0], (FLIPS, len(deviations)))
     return _p(deviations.mean(), (signs * deviations).mean(1))

@@ -161,8 +161,7 @@ def asked_as(study: Study) -> str:
     asked = study.question
     if asked.kind != "slider":
         return study.name
-    belief = f"P({asked.event} | script[:t])"
-    return f"mean_t {belief}" if asked.throughout else belief
+    return f"P({asked.event} | script[:T])"
 
 
 def _answers(study: Study) -> dict[str, Any]:
@@ -274,10 +273,11 @@ def fit_options(study: Study) -> str:
 
 def _read_me(study: Study, minutes: int) -> str:
     fit = fit_options(study)
-    told = "`i2p fit` asks about one film at a time: it does not read answers to pairs.\n"
+    told = "`i2p fit` asks about one film at a time: it does not read\n   answers to pairs.\n"
     if fit:
         told = (
-            f"The audience that these people are:\n\n    i2p fit answers.csv {fit} -o people.toml\n"
+            "It writes all answers as one table beside its report. The audience\n"
+            f"   that these people are:\n\n    i2p fit answers.csv {fit} -o people.toml\n"
         )
     return f"""\
 {study.title}: a study for people, made by `i2p study --kit`.
@@ -290,8 +290,6 @@ def _read_me(study: Study, minutes: int) -> str:
 3. Keep `scripts` and `key.csv` to yourself: they tell which film is what.
 4. Put the answers' files here, beside `key.csv`, and:
 
-    i2p study {study.path.name} --kit . --analyse . --out analysis
+    i2p study {study.path.name} --analyse .
 
-   (the study's file with its path). It writes analysis/answers.csv, all answers as one table.
-   {told}
-"""
+   (with the path of the study's file). {told}"""

@@ -1,5 +1,5 @@
 """How often answers match, when people differ and films differ: a logistic model with people and
-films as crossed random effects, by NUTS (NumPyro).
+films as crossed random effects, by Hamiltonian Monte Carlo (NumPyro).
 
 Answers about one film resemble each other, and so do those of one person: intervals that count them
 as independent are too short (Clark 1973, DOI 10.1016/S0022-5371(73)80014-3). The log odds that
@@ -9,8 +9,7 @@ person p answers as intended to film f of cell c (a condition by a method) are
 
 where a person differs from others everywhere and in each cell (Barr et al. 2013, DOI
 10.1016/j.jml.2012.11.001), and a film from others of its cell, all normally, with spreads that are
-estimated. Answers between 0 and 1 (sliders) have normal noise about the same sum, without the
-logistic curve.
+estimated, those of films for each cell.
 """
 
 from __future__ import annotations
@@ -25,30 +24,19 @@ import numpy as np
 import numpyro
 import numpyro.distributions as dist
 from numpyro.diagnostics import effective_sample_size, split_gelman_rubin
-from numpyro.infer import NUTS
+from numpyro.infer import HMC, init_to_value
+
+from i2pdsl.programs import LASTING
 
 Array = Any
 
-CHAINS, WARMUP, DRAWS = 4, 300, 300
+CHAINS, WARMUP, DRAWS = 4, 300, 400
+# A little more than a quarter of the period of a standard normal, which most effects are by
+# themselves: NUTS finds the same and takes three times as long to compile.
+TRAJECTORY = 1.8
 POINTS = 21  # of the quadrature over people and films
+WIDE, SPREAD = 2.0, 1.0  # thought of beforehand: of the middles, and of all spreads
 _KEPT = ("middle", "spread", "films")
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Answers in arrays.
-
-    Attributes:
-        match: [R] whether the answer matched, or how far it did, 0 to 1, where `is_choice` is not.
-        person, film: [R] whose answer it is, about which film, from 0.
-        cell: [films] where each film belongs.
-    """
-
-    match: np.ndarray
-    person: np.ndarray
-    film: np.ndarray
-    cell: np.ndarray
-    is_choice: bool = True
 
 
 @dataclass(frozen=True)
@@ -56,9 +44,9 @@ class Posterior:
     """What is estimated.
 
     Attributes:
-        share: [D, cells] draws: how often a new person answers as intended about a new film.
+        share: [D, C] draws: how often a new person answers as intended about a new film.
         people, tastes: [D] draws of the standard deviations of people, and of their tastes.
-        films: [D, cells] of films.
+        films: [D, C] of films.
         rhat: the worst R-hat of the shares; `ess` the fewest effective draws.
     """
 
@@ -70,12 +58,20 @@ class Posterior:
     ess: float
 
 
-def estimate(rows: Rows, seed: int = 0) -> Posterior:
-    """The posterior. Call it while JAX may compute (computing.py)."""
-    sizes = int(rows.person.max()) + 1, int(rows.cell.max()) + 1, rows.is_choice
-    match = np.asarray(rows.match, float)
-    sites = sampled(match, (rows.person, rows.film, rows.cell), jax.random.PRNGKey(seed), sizes)
-    share = np.asarray(shares(sites, rows.is_choice))
+def estimate(matches: np.ndarray, cell: np.ndarray, seed: int = 0) -> Posterior:
+    """The posterior. Call it while JAX may compute (computing.py).
+
+    Args:
+        matches: [P, F] whether a person's answer about a film matches; NaN where there is none.
+        cell: [F] where each film belongs, from 0; none is left out.
+    """
+    person, film = np.nonzero(~np.isnan(matches))
+    rows = jnp.asarray(matches[person, film], float), person, film, cell
+    sizes = len(matches), int(cell.max()) + 1
+    run = jax.jit(partial(sampled, sizes=sizes))
+    key = jax.random.PRNGKey(seed)
+    sites = run.lower(rows, key).compile(compiler_options=LASTING)(rows, key)
+    share = np.asarray(shares(sites))
     flat = lambda array: np.asarray(array).reshape(-1, *array.shape[2:])
     return Posterior(
         flat(share),
@@ -87,44 +83,45 @@ def estimate(rows: Rows, seed: int = 0) -> Posterior:
     )
 
 
-Sizes = tuple[int, int, bool]
-"""How many people and cells, and whether answers are choices."""
+Rows = tuple[Array, Array, Array, Array]
+"""Of each answer whether it matches, whose it is and about which film, [R]; and the films' cells."""
 
 
-def _program(match: Array, who: tuple[Array, Array, Array], sizes: Sizes) -> None:
+def _program(rows: Rows, sizes: tuple[int, int]) -> None:
     """The model as NumPyro runs it; effects are non-centred."""
-    people, cells, is_choice = sizes
-    person, film, cell = who
-    middle, wide, narrow = (0.0, 2.0, 1.0) if is_choice else (0.5, 0.5, 0.25)
+    (match, person, film, cell), (people, cells) = rows, sizes
     normal = lambda *shape: dist.Normal().expand(shape).to_event(len(shape))
-    base = numpyro.sample("middle", dist.Normal(middle, wide).expand([cells]).to_event(1))
-    spread = numpyro.sample("spread", dist.HalfNormal(narrow).expand([2]).to_event(1))
-    spreads = numpyro.sample("films", dist.HalfNormal(narrow).expand([cells]).to_event(1))
+    half = lambda size: dist.HalfNormal(SPREAD).expand([size]).to_event(1)
+    middle = numpyro.sample("middle", dist.Normal(0.0, WIDE).expand([cells]).to_event(1))
+    spread = numpyro.sample("spread", half(2))
+    spreads = numpyro.sample("films", half(cells))
     own = numpyro.sample("own", normal(people))
     taste = numpyro.sample("taste", normal(cells, people))
     look = numpyro.sample("look", normal(len(cell)))
     of_people = spread[0] * own + spread[1] * taste
-    of_films = base[cell] + spreads[cell] * look
-    value = of_people[cell[film], person] + of_films[film]
-    if is_choice:
-        answers = dist.Bernoulli(logits=value)
-    else:
-        answers = dist.Normal(value, numpyro.sample("noise", dist.HalfNormal(0.5)))
-    numpyro.sample("answers", answers.to_event(1), obs=match)
+    of_films = middle[cell] + spreads[cell] * look
+    odds = of_people[cell[film], person] + of_films[film]
+    numpyro.sample("answers", dist.Bernoulli(logits=odds).to_event(1), obs=match)
 
 
-@partial(jax.jit, static_argnames=("sizes", "chains"))
 def sampled(
-    match: Array,
-    who: tuple[Array, Array, Array],
-    key: Array,
-    sizes: Sizes,
-    chains: int = CHAINS,
+    rows: Rows, key: Array, sizes: tuple[int, int], chains: int = CHAINS
 ) -> dict[str, Array]:
     """Draws of what all films and people have in common, [chains, DRAWS, ...], the chains side by
-    side."""
-    kernel = NUTS(_program, target_accept_prob=0.85, max_tree_depth=7)
-    arguments = (match, who, sizes)
+    side. `sizes` are the numbers of people and of cells."""
+    people, cells = sizes
+    begin = {
+        "middle": jnp.zeros(cells), "spread": jnp.full(2, 0.3), "films": jnp.full(cells, 0.3),
+        "own": jnp.zeros(people), "taste": jnp.zeros((cells, people)),
+        "look": jnp.zeros(len(rows[3])),
+    }  # fmt: skip
+    kernel = HMC(
+        _program,
+        trajectory_length=TRAJECTORY,
+        target_accept_prob=0.85,
+        init_strategy=init_to_value(values=begin),
+    )
+    arguments = (rows, sizes)
     first = kernel.init(jax.random.split(key, chains), WARMUP, None, arguments, {})
 
     def step(state: Any, _: Any) -> tuple[Any, dict[str, Array]]:
@@ -137,10 +134,8 @@ def sampled(
     return kept | {name: positive(kept[name]) for name in ("spread", "films")}
 
 
-def shares(sites: dict[str, Array], is_choice: bool) -> Array:
-    """How often a new person answers as intended about a new film, [..., cells]."""
-    if not is_choice:
-        return sites["middle"]
+def shares(sites: dict[str, Array]) -> Array:
+    """How often a new person answers as intended about a new film, [..., C]."""
     wide = jnp.sqrt((sites["spread"] ** 2).sum(-1, keepdims=True) + sites["films"] ** 2)
     places, weights = np.polynomial.hermite_e.hermegauss(POINTS)
     each = jax.nn.sigmoid(sites["middle"][..., None] + wide[..., None] * places)
