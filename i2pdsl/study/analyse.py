@@ -96,7 +96,7 @@ def mixed(answers: Answers, shares: Sequence[Share], seed: int = 0) -> Mixed:
                 difference,
                 more,
                 float(found.films[:, number].mean()),
-            )  # fmt: skip
+            )
         )
     spreads = float(found.people.mean()), float(found.tastes.mean())
     return Mixed(tuple(effects), *spreads, found.rhat, found.ess)

@@ -13,7 +13,7 @@ import hashlib
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -82,8 +82,8 @@ def write_kit(
     )
     public = folder / "public"
     films = dict(zip([*names.values(), *_practice_names(practice)], drawn, strict=True))
-    for name, film in films.items():
-        write_text(public / "films" / f"{name}.js", f'FILM("{name}",{as_json(_film(film))});\n')
+    for name, bare in films.items():
+        write_text(public / "films" / f"{name}.js", f'FILM("{name}",{as_json(_film(bare))});\n')
     for film, name in names.items():
         shown[film].save(folder / "scripts" / f"{name}.json")
     seconds = [sum(film.seconds) for film in drawn]
@@ -147,8 +147,8 @@ def _about(
         "question": asked.ask,
         "answers": _answers(study),
         "check": {"question": check[0], "answer": check[1]},
-        "instructions": _instructions(study, each, longest),
-        "feedback": _feedback(study, each),
+        "instructions": _instructions(study, len(lists[0]), longest),
+        "feedback": _feedback(study, len(lists[0])),
         "practice": list(practice),
         "items": shown,
         "lists": lists,
@@ -187,14 +187,14 @@ def _noun(study: Study) -> str:
     return "pair of films" if study.question.kind == PAIR else "film"
 
 
-def _instructions(study: Study, each: int, longest: float) -> str:
+def _instructions(study: Study, count: int, longest: float) -> str:
     several = "pairs of short films" if study.question.kind == PAIR else "short films"
     how = {
         CHOICE: "Choose the answer that says best how it looked to you.",
         PAIR: "Choose one of the two, also where you are not sure.",
     }.get(study.question.kind, "Move the slider to where it says best how it looked to you.")
     return (
-        f"You will see {each} {several}, one after the other. Each lasts "
+        f"You will see {count} {several}, one after the other. Each lasts "
         f"{max(1, round(longest))} seconds or less.\n\n"
         f"After each one we ask: “{study.question.ask}” {how}\n\n"
         f"You may watch a {_noun(study)} as often as you like before you answer. Afterwards you "
@@ -203,10 +203,10 @@ def _instructions(study: Study, each: int, longest: float) -> str:
     )
 
 
-def _feedback(study: Study, each: int) -> str:
+def _feedback(study: Study, count: int) -> str:
     return (
         "There is no right or wrong answer: what counts is how it looks to you.\n\n"
-        f"This answer does not count yet. Now come {each} more, and one question among them is "
+        f"This answer does not count yet. Now come {count} more, and one question among them is "
         "there to see whether questions are read."
     )
 

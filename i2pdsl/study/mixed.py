@@ -84,7 +84,7 @@ def estimate(matches: np.ndarray, cell: np.ndarray, seed: int = 0) -> Posterior:
 
 
 Rows = tuple[Array, Array, Array, Array]
-"""Of each answer whether it matches, whose it is and about which film, [R]; and the films' cells."""
+"""Of each answer whether it matches, whose it is, about which film, [R]; and the films' cells."""
 
 
 def _program(rows: Rows, sizes: tuple[int, int]) -> None:

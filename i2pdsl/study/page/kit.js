@@ -21,7 +21,7 @@
     return;
   }
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
-  const CHECK = "!"; // in a list, before the film below which something else is asked
+  const CHECK = -1; // in a list: the practice film, below which something else is asked
   const FAR = 90; // of 100: who moves the slider so far has moved it to its end
 
   // ------------------------------------------------------------------ who, and what is kept
@@ -76,11 +76,10 @@
   }
 
   const state = begun();
-  const dealt = study.lists[state.list].map((item) => ({
-    isCheck: item.startsWith(CHECK),
-    films: item.replace(CHECK, "").split(" "),
+  const dealt = study.lists[state.list].map((number) => ({
+    isCheck: number === CHECK,
+    films: number === CHECK ? study.practice : study.items[number],
   }));
-  const asked = dealt.filter((item) => !item.isCheck).length;
 
   function keep(change) {
     Object.assign(state, change);
@@ -438,7 +437,6 @@
       return paragraph;
     });
     $(id).replaceChildren(...paragraphs);
-    if (text.includes("[[")) complain("Researchers: fill in what is marked, in settings.js.");
   }
 
   function submits(page, then) {
@@ -484,6 +482,7 @@
 
   $("agreement").textContent = settings.agreement;
   write("consent-text", settings.consent);
+  $("unfilled").hidden = !settings.consent.includes("[[");
   write("instructions-text", `${study.instructions}\n\n${settings.instructions ?? ""}`);
   enter[state.page]();
 })();
