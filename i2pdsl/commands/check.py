@@ -6,11 +6,9 @@ from pathlib import Path
 
 import click
 
-from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.inputs import written_files
 from i2pdsl.errors import Diagnostic, StoryError
 from i2pdsl.output import DONE, WRONG, output_json, show
-
-_CHECKED = (".story", ".world", ".study")
 
 
 @click.command()
@@ -28,7 +26,7 @@ def check(paths: tuple[str, ...], as_json: bool) -> int:
     files: list[str] = []
     for path in paths:
         try:
-            files += [str(f) for f in story_files(path, _CHECKED)]
+            files += [str(f) for f in written_files(path)]
         except StoryError as problem:
             diagnostics.extend(problem.diagnostics)
     files = list(dict.fromkeys(files))

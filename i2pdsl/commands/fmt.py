@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from i2pdsl.commands.inputs import story_files
+from i2pdsl.commands.inputs import written_files
 from i2pdsl.output import DONE, WRONG
 
 _MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, or says its kind; no story does
@@ -17,13 +17,15 @@ _MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, or says its k
 @click.argument("paths", nargs=-1, required=True, type=click.Path(allow_dash=True))
 @click.option("--check", "only_check", is_flag=True, help="Change nothing; status 1 if it would.")
 def fmt(paths: tuple[str, ...], only_check: bool) -> int:
-    """Format stories and worlds in place ('-': from standard input to standard output)."""
+    """Format stories, worlds and studies in place ('-': from standard input to standard output)."""
     from i2pdsl.language.format import format_source
     from i2pdsl.language.statements import LARGEST_TEXT, decode, read_data
     from i2pdsl.resources import write_text
+    from i2pdsl.study.parse import SYNTAX
     from i2pdsl.worlds.blocks import kind_said
     from i2pdsl.worlds.kinds import format_world
 
+    forms = {".world": format_world, ".study": SYNTAX.formatted}
     status = DONE
     for path in paths:
         if path == "-":
@@ -32,8 +34,8 @@ def fmt(paths: tuple[str, ...], only_check: bool) -> int:
             form = format_world if is_world else format_source
             click.echo(form(source), nl=False)
             continue
-        for file in story_files(path):
-            form = format_world if file.suffix == ".world" else format_source
+        for file in written_files(path):
+            form = forms.get(file.suffix, format_source)
             data = read_data(file, LARGEST_TEXT)
             text = form(decode(data, str(file)))
             if data == text.encode():

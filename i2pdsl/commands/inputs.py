@@ -80,9 +80,15 @@ def script_files(path: str) -> list[Path]:
     return _files(path, is_script, "scripts")
 
 
-def story_files(path: str, suffixes: tuple[str, ...] = (".story", ".world")) -> list[Path]:
+def story_files(path: str) -> list[Path]:
     """The file itself, or all stories and worlds of a folder and those in it, but hidden ones."""
-    return _files(path, lambda file: file.name.endswith(suffixes), "stories")
+    return _files(path, lambda file: file.name.endswith((".story", ".world")), "stories")
+
+
+def written_files(path: str) -> list[Path]:
+    """As `story_files`, with studies: all that people write."""
+    wanted = (".story", ".world", ".study")
+    return _files(path, lambda file: file.name.endswith(wanted), "stories")
 
 
 def _files(path: str, is_one: Callable[[Path], bool], what: str) -> list[Path]:

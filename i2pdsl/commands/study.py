@@ -84,7 +84,8 @@ def study(
             from i2pdsl.commands.people import made_kit
 
             return made_kit(films, Path(kit), each, bars, as_json)
-        panels = _judged(films, folder, bars) if films.made and kit is None else []
+        is_judged = films.made and status == DONE and kit is None
+        panels = _judged(films, folder, bars) if is_judged else []
     document = {
         "study": read.name,
         "title": read.title,
@@ -95,6 +96,8 @@ def study(
     }
     for place, error in films.wrong.items():
         click.echo(f"{place}: {error}", err=True)
+    if kit is not None:
+        click.echo("without all films there is no kit", err=True)
     if as_json:
         output_json(document)
     else:

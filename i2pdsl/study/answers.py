@@ -7,6 +7,7 @@ A row for each answer: `participant, script, frame, question, answer`, and of a 
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -106,27 +107,25 @@ def panel_answers(panel: Panel, films: Films, watch: Watch) -> Answers:
     study = films.study
     viewers = viewers_of(panel, [ground.vocabulary for ground in films.grounds.values()])
     believed = _beliefs(viewers, films, watch)
-    there = [all(film in believed for film in item.films) for item in study.items]
-    given = np.full((len(viewers), len(study.items)), np.nan)
-    for number, viewer in enumerate(viewers):
-        # One draw for each item that the study has, so that a film more changes no other answer.
-        draws = np.random.default_rng([panel.seed, number, 1]).random((len(study.items), 2))
-        of = lambda n, film, v=number: believed[study.items[n].films[film]][v]
-        seen = np.flatnonzero(there)
-        if len(seen):
-            first = np.array([of(n, 0) for n in seen])
+    items = [item for item in study.items if all(film in believed for film in item.films)]
+    given = np.full((len(viewers), len(items)), np.nan)
+    for number, item in enumerate(items):
+        # Random numbers of its own: a film or a viewer more changes no other answer.
+        own = zlib.crc32(" ".join(film.place for film in item.films).encode())
+        draws = np.random.default_rng([panel.seed, own]).random((len(viewers), 2))
+        seen = [believed[film] for film in item.films]  # [V, E] each
+        for who, viewer in enumerate(viewers):
+            told = [belief[who][None] for belief in seen]
             if study.question.kind == PAIR:
-                second = np.array([of(n, 1) for n in seen])
-                chosen = first_chosen(viewer, first[:, 0], second[:, 0])
-                given[number, seen] = draws[seen, 0] >= chosen
+                (chosen,) = first_chosen(viewer, told[0][:, 0], told[1][:, 0])
+                given[who, number] = draws[who, 0] >= chosen
             elif study.question.kind == CHOICE:
-                upto = np.cumsum(chances(study, viewer, first), axis=1)
-                given[number, seen] = (draws[seen, :1] >= upto[:, :-1]).sum(1)
+                upto = np.cumsum(chances(study, viewer, told[0]), axis=1)
+                given[who, number] = (draws[who, 0] >= upto[0, :-1]).sum()
             else:
-                given[number, seen] = positions(viewer, first[:, 0], draws[seen])
-    kept = [item for item, is_there in zip(study.items, there, strict=True) if is_there]
+                (given[who, number],) = positions(viewer, told[0][:, 0], draws[who][None])
     names = tuple(f"{panel.name}-{number}" for number in range(1, len(viewers) + 1))
-    return Answers(study, names, tuple(kept), given[:, there])
+    return Answers(study, names, tuple(items), given)
 
 
 def _beliefs(viewers: Sequence[Viewer], films: Films, watch: Watch) -> dict[Film, np.ndarray]:

@@ -71,8 +71,9 @@ class Films:
 
     @property
     def missing(self) -> list[Job]:
-        """What is yet to be made."""
-        return [job for place, job in self.jobs.items() if place not in self.results.known]
+        """What is yet to be made: seed by seed, so that what there is at any time is balanced."""
+        jobs = [job for place, job in self.jobs.items() if place not in self.results.known]
+        return sorted(jobs, key=lambda job: self.study.seeds.index(job.seed))
 
     def make(self, do: Doing, report: Callable[[int, int], None]) -> None:
         """Makes what is missing. Interrupted, it keeps what is there: raises KeyboardInterrupt."""

@@ -157,7 +157,7 @@ def beliefs(
             forgetting = world.forgetting(world.tables)
             if viewer.forgetting is not None:
                 forgetting = np.full_like(forgetting, viewer.forgetting)
-            prior = np.log(_prior(viewer, ground))[None]
+            prior = np.log(prior_of(viewer, ground))[None]
             his = world.with_audience(viewer.sharpness, forgetting, prior)
             seen = None
             if rows is not None:
@@ -170,7 +170,7 @@ def beliefs(
     return found
 
 
-def _prior(viewer: Viewer, ground: Ground) -> np.ndarray:
+def prior_of(viewer: Viewer, ground: Ground) -> np.ndarray:
     """P(H) before anything moved, [H]."""
     rows = ground.vocabulary.hypotheses
     even = _even(ground) if viewer.even else np.ones(len(rows))

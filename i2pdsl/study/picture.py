@@ -15,7 +15,7 @@ from i2pdsl.study.spec import Study
 
 COLORS = ("#8a8c99", "#0068b0", "#c65102", "#00664a", "#b07300", "#d9468f")  # of methods
 PEOPLE = "#1d1e24"
-GAP = 0.12  # between the films of two methods, as a share of the width
+GAP = 0.16  # between the films of two methods, as a share of the width
 
 
 def draw_shares(study: Study, shares: Sequence[Share], title: str, path: Path) -> None:
@@ -29,12 +29,13 @@ def draw_shares(study: Study, shares: Sequence[Share], title: str, path: Path) -
     if not blocks:
         return
     colors = {m.name: COLORS[n % len(COLORS)] for n, m in enumerate(study.methods)}
-    figure = Figure(figsize=(max(4.2, 2.9 * len(blocks)), 3.6), layout="constrained")
+    wide = 0.8 + 0.55 * len(study.methods)  # inches
+    figure = Figure(figsize=(max(4.2, wide * len(blocks)), 3.6), layout="constrained")
     plots = figure.subplots(1, len(blocks), sharey=True, squeeze=False)[0]
     for axes, (name, own) in zip(plots, blocks.items(), strict=True):
         _draw_group(axes, own, colors)
         axes.set_title(groups[name], fontsize=10)
-    plots[0].set_ylabel("answers that match")
+    plots[0].set_ylabel("the first is chosen" if study.pairs else "answers that match")
     plots[0].set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
     figure.suptitle(title, fontsize=11)
     figure.legend(handles=_legend(study, shares, colors), loc="outside lower center", ncols=3,
@@ -52,7 +53,8 @@ def _draw_group(axes: Any, shares: Sequence[Share], colors: dict[str, str]) -> N
             at + width * (np.arange(len(bars)) + 0.5), bars, width, color=colors[share.method],
             edgecolor="white", linewidth=0.4,
         )  # fmt: skip
-        axes.fill_between([at, at + 1], share.low, share.high, color="0.2", alpha=0.14, linewidth=0)
+        ends = [[share.share - share.low], [share.high - share.share]]
+        axes.errorbar(at + 1.01, share.share, ends, color="0.1", linewidth=1.2, capsize=2.5)
         axes.plot([at, at + 1], [share.share] * 2, color="0.1", linestyle="--", linewidth=1.2)
         if share.people is not None:
             axes.plot(at + 0.5, share.people, marker="D", color=PEOPLE, markersize=7,
