@@ -35,7 +35,7 @@ CHAINS, WARMUP, DRAWS = 4, 300, 400
 # themselves: NUTS finds the same and takes three times as long to compile.
 TRAJECTORY = 1.8
 POINTS = 21  # of the quadrature over people and films
-WIDE, SPREAD = 2.0, 1.0  # thought of beforehand: of the middles, and of all spreads
+WIDE, SPREAD = 2.5, 1.5  # thought of beforehand: of the middles, and of all spreads
 _KEPT = ("middle", "spread", "films")
 
 
