@@ -101,10 +101,10 @@ def study(
     if as_json:
         output_json(document)
     else:
-        output("\n".join(words for _, words in panels))
+        output("\n".join(words for _, words in panels) or films.in_words)
     if status == INTERRUPTED:
-        told = f"{films.made} of {len(read.films)} films are there and kept"
-        click.echo(f"interrupted: {told}; the same command goes on from there", err=True)
+        click.echo(f"interrupted: {films.in_words}", err=True)
+        click.echo("the same command goes on from there", err=True)
     return WRONG if films.wrong and status == DONE else status
 
 
@@ -130,11 +130,13 @@ def _judged(films: Films, folder: Path, bars: Bars) -> list[tuple[dict[str, Any]
             "name": panel.name,
             "label": panel.label,
             "viewers": panel.viewers,
+            "circular": panel.is_usual,
             "shares": [share.as_json() for share in shares],
             "files": {"answers": str(table), "picture": str(picture)},
         }
+        circular = " (circular: whom stories are told to)" if panel.is_usual else ""
         words = (
-            f"{study.title}: {panel.label}, {panel.viewers} of them",
+            f"{study.title}: {panel.label}, {panel.viewers} of them{circular}",
             in_words(study, shares),
             given_in_words(study, shares),
             "".join(f"  {path}\n" for path in (table, picture)),

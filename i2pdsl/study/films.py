@@ -70,6 +70,10 @@ class Films:
         return sum(self.path(film) is not None for film in self.study.films)
 
     @property
+    def in_words(self) -> str:
+        return f"{self.made} of {len(self.study.films)} films are there\n  {self.folder}"
+
+    @property
     def missing(self) -> list[Job]:
         """What is yet to be made: seed by seed, so that what there is at any time is balanced."""
         jobs = [job for place, job in self.jobs.items() if place not in self.results.known]

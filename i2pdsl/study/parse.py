@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from i2pdsl.errors import Note, Source, Span, StoryError, first_of, shorten
+from i2pdsl.errors import Note, Source, Span, StoryError, closest, first_of, shorten
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.study.spec import (
     CHOICE,
@@ -337,6 +337,11 @@ class _Reader(BlockReader):
                 drawn[key] = OneOf(self.words(block, key, known, key))
         # Whether the world has such a setting is seen where its story is (study/check.py).
         others = [key for key in block.entries if key not in KEYS["panel"]]
+        for key in others:
+            meant = closest(key, KEYS["panel"])
+            if meant is not None:
+                hint = f"did you mean `{meant}`?"
+                self.problem("study-key", f"`panel` has no `{key}`", block.keys[key], hint)
         settings: dict[str, Drawn] = {key: self.planned(block.entries[key], key) for key in others}
         people = self.file(block, "people")
         if people is not None:

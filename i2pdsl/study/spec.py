@@ -143,6 +143,13 @@ class Panel:
     settings: Mapping[str, Drawn]
     spans: Mapping[str, Span] = field(compare=False, repr=False, default_factory=dict)
 
+    @property
+    def is_usual(self) -> bool:
+        """Whether what they believe is what a story's usual audience does: then a study says only
+        that the search works."""
+        own = {"sharpness", "forgetting", "doubt", "prior"} & set(self.drawn)
+        return self.people is None and not own and not self.settings
+
 
 @dataclass(frozen=True)
 class Film:

@@ -41,6 +41,7 @@ def test_a_study_is_films_answers_and_shares(place: Path, i2p: Run, here: list[s
     assert len(here) == 16
     words = i2p("study", place / "tiny.study", "--out", out)
     assert "helping, naive" in words.out
+    assert words.out.count("circular") == 1, "of the panel `own`"
     assert len(here) == 16, "what is there is not made again"
     assert not [path for path in out.rglob("*") if path.name.startswith(".i2p")]
 
@@ -71,7 +72,8 @@ def test_interrupted_it_keeps_what_is_there_and_goes_on(
     monkeypatch.setattr(planning, "done_here", interrupted)
     done = i2p("study", place / "tiny.study", "--out", place / "out", "--json")
     assert (done.status, json.loads(done.out)["missing"]) == (130, 10)
-    assert "6 of 16 films are there and kept; the same command goes on from there" in done.err
+    assert "interrupted: 6 of 16 films are there" in done.err
+    assert "the same command goes on from there" in done.err
     made = {f"{c}/{m}/seed-0" for c in ("help", "hinder") for m in ("naive", "short")}
     films = place / "out" / "films"
     kept = {str(path.parent.relative_to(films)) for path in films.rglob("result.json")}
@@ -91,3 +93,10 @@ def test_films_that_cannot_be_made_are_told(place: Path, i2p: Run, here: list[st
     assert done.status == 1
     assert "help/naive/seed-0: naive planning needs a story that depicts one event" in done.err
     assert json.loads(done.out)["missing"] == 2
+
+
+def test_a_study_without_a_panel_makes_its_films(place: Path, i2p: Run, here: list[str]) -> None:
+    text = (place / "tiny.study").read_text(encoding="utf-8")
+    (place / "tiny.study").write_text(text[: text.index("panel viewers")], encoding="utf-8")
+    done = i2p("study", place / "tiny.study", "--seeds", "0", "--out", place / "out")
+    assert (done.status, done.out.split("\n")[0], len(here)) == (0, "4 of 4 films are there", 4)

@@ -79,6 +79,7 @@ WRONG = {
     "people help": ("people halp", "29:8: error[study-name]: there is no condition `halp`"),
     "(0.3, 2)": ("(2, 0.3)", "34:17: error[study-range]: the range is empty"),
     "{0.001, 0.1}": ("(0, 0.1)", "35:18: error[study-range]: this range must begin above 0"),
+    "lapse = (0": ("lapses = (0", "39:5: error[study-key]: `panel` has no `lapses`"),
     "doubt = 0.5": ("doubt = -1", "36:13: error[study-range]: `doubt` must be from 0 to 10"),
     "matching}": ("guessing}", "37:22: error[study-name]: there is no rule `guessing`"),
     "viewers = 6": ("viewers = 0", "33:15: error[study-range]: `viewers` must be a whole number"),
