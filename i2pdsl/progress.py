@@ -127,6 +127,10 @@ class Bars:
         """One more job of a sweep is done."""
         self._count("jobs", done, total)
 
+    def judging(self, done: int, total: int) -> None:
+        """A panel has watched one more group of films."""
+        self._count("viewers watch", done, total)
+
     def saving(self, done: int, total: int) -> None:
         """One more script is written."""
         self._count("writing", done, total)

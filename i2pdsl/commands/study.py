@@ -120,7 +120,7 @@ def _judged(films: Films, folder: Path, bars: Bars) -> list[tuple[dict[str, Any]
 
     study, found = films.study, []
     for panel in study.panels:
-        answers = panel_answers(panel, films, bars.watch)
+        answers = panel_answers(panel, films, bars.watch, bars.judging)
         shares = analyse(answers)
         name = plain_name(panel.name)
         table, picture = folder / f"answers-{name}.csv", folder / f"{name}.png"

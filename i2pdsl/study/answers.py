@@ -102,11 +102,14 @@ class Answers:
         return found
 
 
-def panel_answers(panel: Panel, films: Films, watch: Watch) -> Answers:
-    """What a simulated panel answers about the films that are there. Raises StoryError."""
+def panel_answers(
+    panel: Panel, films: Films, watch: Watch, report: Callable[[int, int], None] = lambda *_: None
+) -> Answers:
+    """What a simulated panel answers about the films that are there; `report` is told how many
+    groups of films are watched. Raises StoryError."""
     study = films.study
     viewers = viewers_of(panel, [ground.vocabulary for ground in films.grounds.values()])
-    believed = _beliefs(viewers, films, watch)
+    believed = _beliefs(viewers, films, watch, report)
     items = [item for item in study.items if all(film in believed for film in item.films)]
     given = np.full((len(viewers), len(items)), np.nan)
     for number, item in enumerate(items):
@@ -128,10 +131,13 @@ def panel_answers(panel: Panel, films: Films, watch: Watch) -> Answers:
     return Answers(study, names, tuple(items), given)
 
 
-def _beliefs(viewers: Sequence[Viewer], films: Films, watch: Watch) -> dict[Film, np.ndarray]:
+def _beliefs(
+    viewers: Sequence[Viewer], films: Films, watch: Watch, report: Callable[[int, int], None]
+) -> dict[Film, np.ndarray]:
     """P(event) of all viewers at each film that is there, [V, E]."""
     study, found = films.study, dict[Film, np.ndarray]()
-    for (condition, method), ground in films.grounds.items():
+    for done, ((condition, method), ground) in enumerate(films.grounds.items()):
+        report(done, len(films.grounds))
         rules = kind_of(ground.spec).rules(ground.spec)
         read: dict[int, list[tuple[Film, Trajectory]]] = {}
         for seed in study.seeds:

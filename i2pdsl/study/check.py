@@ -66,7 +66,12 @@ def check_study(study: Study) -> dict[tuple[str, str], Ground]:
 def _ground(study: Study, condition: Condition, method: Method) -> Ground:
     if method.scripts is not None:
         scripts = _scripts(method.scripts / condition.name, method, study.seeds)
-        given = stored(read_record(scripts[0]), scripts[0].parent)
+        records = [read_record(scripts[seed]) for seed in study.seeds]
+        other = next((r for r in records if r.world != records[0].world), None)
+        if other is not None:
+            message = f"{Path(other.where).name} is of another world than the scripts before it"
+            raise error("script", message, method.spans["scripts"])
+        given = stored(records[0], scripts[0].parent)
         words = vocabulary_of(given.spec)
         masks, assumed = _masks(study, words, given.module, given.audiences)
         return Ground(given.spec, None, scripts, masks, assumed)

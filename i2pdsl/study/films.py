@@ -28,7 +28,7 @@ class Films:
     """The films of a study, below a folder.
 
     Attributes:
-        wrong: why films could not be made, by their places.
+        broken: what the machine failed at, by the places of the films: it is tried again next time.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Films:
         self.study, self.grounds, self.folder = study, grounds, folder / FOLDER
         self.jobs = {job.place: job for each in grounds for job in self._jobs(*each)}
         self.results = Results(self.folder, list(self.jobs.values()))
-        self.wrong: dict[str, str] = {}
+        self.broken: dict[str, str] = {}
         self.results.look()
 
     def _jobs(self, condition: str, method: str) -> list[Job]:
@@ -91,5 +91,11 @@ class Films:
     def _keep(self, job: Job, outcome: Outcome) -> None:
         if outcome.lasts:
             self.results.keep(job, outcome)
-        if outcome.error is not None:
-            self.wrong[job.place] = outcome.error
+        else:
+            self.broken[job.place] = outcome.error or "it failed"
+
+    @property
+    def wrong(self) -> dict[str, str]:
+        """Why films could not be made, by their places."""
+        known = {place: found["error"] for place, found in self.results.known.items()}
+        return {place: error for place, error in known.items() if error is not None} | self.broken

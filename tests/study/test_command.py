@@ -93,6 +93,8 @@ def test_films_that_cannot_be_made_are_told(place: Path, i2p: Run, here: list[st
     assert done.status == 1
     assert "help/naive/seed-0: naive planning needs a story that depicts one event" in done.err
     assert json.loads(done.out)["missing"] == 2
+    again = i2p("study", place / "tiny.study", "--seeds", "0", "--out", place / "out")
+    assert (again.status, again.err, len(here)) == (1, done.err, 4), "it would fail again"
 
 
 def test_a_study_without_a_panel_makes_its_films(place: Path, i2p: Run, here: list[str]) -> None:

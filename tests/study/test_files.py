@@ -155,6 +155,10 @@ def test_given_scripts_are_films(place: Path, i2p: Run, here: list[str]) -> None
     )
     assert share["films"] == 4
     assert "../given/help/6.json" in (place / "again/answers-own.csv").read_text(encoding="utf-8")
-    (place / "given/help/6.json").unlink()
+    first = place / "given/help/6.json"
+    text = first.read_text(encoding="utf-8")
+    first.write_text(text.replace('"settings": {}', '"settings": {"beta": 1.0}'), encoding="utf-8")
+    assert "7.json is of another world than the scripts before it" in i2p("check", place).err
+    first.unlink()
     done = i2p("check", place)
     assert "`help` has 3 scripts, the study wants number 3" in done.err
