@@ -224,22 +224,23 @@ def _excluded(collected: Collected) -> str:
 def _mixed(study: Study, model: Mixed, people: Sequence[float | None]) -> str:
     groups = {group.name: group.label for group in study.groups}
     methods = {method.name: method.label for method in study.methods}
-    rows = [("mixed effects", "match", "95 %", "difference", "95 %", "P(more)", "p by people")]
+    heads = ("match", "95 %", "films differ", "difference", "95 %", "P(more)", "p by people")
+    rows = [("new people, new films", *heads)]
     for effect, p in zip(model.effects, people, strict=True):
         name = groups[effect.group]
         if len(study.methods) > 1:
             name = f"{name}, {methods[effect.method]}"
-        row = (name, percent(effect.share), ends(effect.low, effect.high))
+        interval, spread = ends(effect.low, effect.high), f"{effect.films:.2g}"
+        row = (name, percent(effect.share), interval, spread)
         if effect.difference is None or effect.more is None:
             rows.append((*row, "", "", "", ""))
         else:
             apart, low, high = effect.difference
             test = "" if p is None else f"{p:.2g}"
             rows.append((*row, f"{100 * apart:+.0f}", ends(low, high), f"{effect.more:.3f}", test))
-    films = ", ".join(f"{effect.films:.2g}" for effect in model.effects)
     return (
-        f"{aligned(rows)}\n\nin log odds people differ by {model.people:.2g}, in each group by "
-        f"{model.tastes:.2g} more, films by {films} (standard deviations)"
+        f"{aligned(rows)}\n\nin log odds people differ by {model.people:.2g}, and by "
+        f"{model.tastes:.2g} more in each row (standard deviations, as those of films)"
     )
 
 
