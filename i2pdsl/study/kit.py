@@ -110,6 +110,7 @@ def _film(film: Alone) -> dict[str, Any]:
     """What kit.js reads of a film."""
     return {
         "stages": list(film.stages),
+        "aspect": round(film.aspect, 4),
         "seconds": [round(seconds, 4) for seconds in film.seconds],
         "data": film.data,
         "told": list(film.told),

@@ -66,8 +66,12 @@
     const said = names.map((name) => cleaned(given.get(name) ?? "")).find(Boolean);
     const participant = said ?? store.get(KEPT) ?? drawnName();
     if (!said) store.set(KEPT, participant);
-    const kept = store.get(`${KEPT} ${participant}`);
-    if (kept) return JSON.parse(kept);
+    try {
+      const kept = JSON.parse(store.get(`${KEPT} ${participant}`));
+      if (kept) return kept;
+    } catch {
+      // Something else has written there.
+    }
     // The same participant is dealt the same films on any device.
     const asked = /^\d{1,6}$/.test(given.get("list") ?? "") ? Number(given.get("list")) : null;
     const list = (asked ?? hash(participant)) % study.lists.length;
@@ -225,7 +229,9 @@
   }
 
   function tellWords(shown) {
-    const told = shown.flatMap((film) => film.told);
+    const told = shown.flatMap((film, place) =>
+      film.told.map((text) => (shown.length > 1 ? `Film ${LETTERS[place]}: ${text}` : text)),
+    );
     $("in-words").hidden = told.length === 0;
     $("in-words").open = false;
     const lines = told.map((text) => {
@@ -267,6 +273,7 @@
     const parts = shown.map((film, place) => {
       const part = document.createElement("div");
       part.className = "film";
+      part.style.setProperty("--aspect", film.aspect);
       part.innerHTML = film.stages[place]; // of our own file
       if (shown.length > 1) {
         const label = document.createElement("p");
@@ -353,7 +360,7 @@
         method: "POST",
         body: table(isComplete()),
         headers: { "Content-Type": "text/plain;charset=UTF-8" },
-        signal: AbortSignal.timeout(20000),
+        signal: AbortSignal.timeout?.(20000),
       });
       if (!reply.ok) throw new Error(reply.status);
       keep({ sent: true });
