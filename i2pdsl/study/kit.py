@@ -277,8 +277,8 @@ def _read_me(study: Study, minutes: int) -> str:
     told = "`i2p fit` asks about one film at a time: it does not read\n   answers to pairs.\n"
     if fit:
         told = (
-            "It writes all answers as one table beside its report. The audience\n"
-            f"   that these people are:\n\n    i2p fit answers.csv {fit} -o people.toml\n"
+            "It writes all answers as one table, answers.csv.\n"
+            f"   The audience that these people are:\n\n    i2p fit answers.csv {fit} -o people.toml\n"
         )
     return f"""\
 {study.title}: a study for people, made by `i2p study --kit`.

@@ -193,7 +193,11 @@ def test_from_tables_to_a_report_and_on_to_fit(
     fitted = read_by_fit(judgements, place / "out", 1.0, {name: choice})
     assert len(fitted.asked.answer) == 96
     words = i2p("study", place / "tiny.study", "--out", place / "out", "--analyse", table)
-    for text in ("96 answers of 6 people to 16 films", "mixed effects", "by participant: from"):
+    for text in (
+        "96 answers of 6 people to 16 films",
+        "new people, new films",
+        "by participant: from",
+    ):
         assert text in words.out
     model.rhat = 1.2
     done = i2p("study", place / "tiny.study", "--out", place / "out", "--analyse", table)
