@@ -114,13 +114,14 @@ def test_only_regular_files_are_read(tmp_path: Path) -> None:
             read_bytes(tmp_path / name, 1000)
 
 
-@pytest.mark.parametrize("suffix", [".story", ".world", ".json", ".i2plib"])
+@pytest.mark.parametrize("suffix", [".story", ".world", ".study", ".json", ".i2plib"])
 def test_no_command_waits_for_or_fills_memory_with_a_file(
     suffix: str, tmp_path: Path, i2p: Run
 ) -> None:
     commands = {
         ".story": ["check", "fmt", "run", "render", "repl", "patterns", "compile", "extract"],
         ".world": ["check", "fmt", "worlds", "plan"],
+        ".study": ["check", "fmt", "study"],
         ".json": ["query", "render", "repl", "run"],
         ".i2plib": ["patterns"],
     }[suffix]
