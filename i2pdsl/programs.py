@@ -74,6 +74,7 @@ def compiled_program(
     result: Any,
     say: Say | None = None,
     brief: bool = False,
+    apart: tuple[int, ...] = (),
 ) -> Program:
     """`function` compiled for arrays like those of `arguments`; from memory or from the cache if it
     was compiled before.
@@ -84,10 +85,17 @@ def compiled_program(
         result: a tree like the one that the function returns.
         say: is told of damaged entries, which are made again.
         brief: whether it runs so briefly that a slower program which is there sooner is better.
+        apart: which of the arguments have another axis in front, for devices: each computes the
+            function with its own share of them. The results have that axis too.
     """
     leaves, structure = jax.tree.flatten(arguments)
-    shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in leaves]
-    description = repr((key, brief, [(s.shape, str(s.dtype)) for s in shapes]))
+    split = [n in apart for n, each in enumerate(arguments) for _ in jax.tree.leaves(each)]
+    devices = len(leaves[split.index(True)]) if apart else 1
+    shapes = [
+        jax.ShapeDtypeStruct(a.shape, a.dtype, sharding=_place(part, devices))
+        for a, part in zip(leaves, split, strict=True)
+    ]
+    description = repr((key, brief, [(s.shape, str(s.dtype)) for s in shapes], apart))
     known = (description, bool(jax.config.jax_enable_x64))  # type: ignore[attr-defined]
     if known in _memory:
         return replace(_memory[known], is_new=False)
@@ -98,10 +106,11 @@ def compiled_program(
     ending = jax.tree.structure(result)
     say = say or (lambda message: None)
     path = _program_path(description, say)
-    compiled = _load(path, len(shapes), len(jax.tree.leaves(result)), say)
+    compiled = _load(path, len(shapes), len(jax.tree.leaves(result)), devices, say)
     is_new = compiled is None
     if compiled is None:
-        compiled = _compile(key, flat, shapes, BRIEF if brief else LASTING)
+        side_by_side = _on_devices(flat, split, devices) if apart else flat
+        compiled = _compile(side_by_side, shapes, BRIEF if brief else LASTING)
         _store(path, compiled, say)
     ready = compiled
 
@@ -189,8 +198,46 @@ def _processor() -> str:
     return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
+def _on_devices(
+    function: Callable[..., list[Array]], split: list[bool], devices: int
+) -> Callable[..., list[Array]]:
+    """The function on several devices, with what is split between them."""
+
+    def on_each(*arrays: Array) -> list[Array]:
+        mine = (a[0] if part else a for a, part in zip(arrays, split, strict=True))
+        return [made[None] for made in function(*mine)]
+
+    if devices == 1:
+        return on_each
+    own, shared = jax.P("device"), jax.P()
+    # What devices share stays shared without a proof that they agree on it (check_vma).
+    return jax.shard_map(
+        on_each,
+        mesh=_mesh(devices),
+        in_specs=tuple(own if part else shared for part in split),
+        out_specs=own,
+        check_vma=False,
+    )
+
+
+def _mesh(devices: int) -> jax.sharding.Mesh:
+    return jax.make_mesh((devices,), ("device",), devices=jax.devices()[:devices])
+
+
+def _place(is_split: bool, devices: int) -> jax.NamedSharding | None:
+    """Where an argument lies, if there are several devices."""
+    if devices == 1:
+        return None
+    return jax.NamedSharding(_mesh(devices), jax.P("device") if is_split else jax.P())
+
+
+def on_devices(arrays: Any, devices: int) -> Any:
+    """A tree of arrays that several devices share, copied to each of them once."""
+    place = _place(False, devices)
+    return arrays if place is None else jax.device_put(arrays, place)
+
+
 def _compile(
-    key: tuple[Any, ...],
     function: Callable[..., list[Array]],
     shapes: list[jax.ShapeDtypeStruct],
     options: Options,
@@ -204,8 +251,10 @@ def _compile(
     return lowered.compile(compiler_options={LEVEL: options[LEVEL]})
 
 
-def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., Any] | None:
-    """The program in a file, for so many arguments and results, or None."""
+def _load(
+    path: Path | None, given: int, made: int, devices: int, say: Say
+) -> Callable[..., Any] | None:
+    """The program in a file, for so many arguments, results and devices, or None."""
     if path is None:
         return None
     try:
@@ -216,7 +265,7 @@ def _load(path: Path | None, given: int, made: int, say: Say) -> Callable[..., A
             data[_DIGEST:],
             jax.tree.structure(((0,) * given, {})),
             jax.tree.structure([0] * made),
-            execution_devices=jax.devices()[:1],
+            execution_devices=jax.devices()[:devices],
         )
     except FileNotFoundError:
         return None

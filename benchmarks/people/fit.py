@@ -3,9 +3,10 @@
     python benchmarks/people/fit.py DATA [--out FOLDER]
 
 DATA is the folder of Wu, Sridhar and Gerstenberg 2023 (see convert.py). Every trial is predicted by
-an audience that was fitted to the others: how characters plan (one of NODES), how sharply viewers
-expect them to choose, what they forget and thought before, and how they answer are chosen where
-the posterior is highest if all people are alike. The baseline of cues is fitted in the same way.
+an audience that was fitted to the others: how many of the viewers think that characters plan in
+which of the ways in NODES, how sharply they expect them to choose, what they forget and thought
+before, and how they answer, where the posterior is highest if people are alike in all but the way
+of planning. The baseline of cues is fitted in the same way.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import csv
 import tempfile
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -25,7 +27,7 @@ from i2pdsl.fit.cues import cues
 from i2pdsl.fit.fit import Study, seen_under, study
 from i2pdsl.fit.judgements import read_judgements
 from i2pdsl.fit.model import Asked, Cues, Model, Watching
-from i2pdsl.fit.report import agreement
+from i2pdsl.fit.report import agreement, plan_in_words
 from i2pdsl.fit.sampling import alike, modes
 from i2pdsl.fit.viewers import Answers
 
@@ -42,34 +44,30 @@ CUES = (
 )
 
 
-def predicted(model: Model, nodes: list, asked: Asked, trials: int) -> tuple[np.ndarray, list]:
-    """Each trial's mean by the model that was fitted to the others, [trials], and which node that
-    was; at the end the means in sample."""
+def predicted(
+    model: Model, nodes: Any, asked: Asked, trials: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each trial's mean by the model that was fitted to the others, and by the one that was fitted
+    to all, [trials] each; and the parameters of that, [D].
+
+    Args:
+        nodes: what is seen under each way of planning.
+    """
     folds = [asked.cell[:, 0] != trial for trial in range(trials + 1)]  # the last has all
-    pairs = list(product(range(len(folds)), range(len(nodes))))
-    seen = jax.tree.map(lambda *parts: np.stack(parts)[:, None], *[nodes[n] for _, n in pairs])
-    weights = np.stack([folds[f] for f, _ in pairs]).astype(float)
-    points = modes(model, seen, asked, weights)
-    rows = jax.jit(lambda point, node: model.log_likelihoods(alike(model, point), node, asked))
-    mean = jax.jit(lambda point, node: model.expected(alike(model, point), node, asked))
-    prior = lambda point: sum(
-        -0.5 * ((x - s.mean) / s.sd) ** 2 for x, s in zip(point, model.scales.values(), strict=True)
-    )
-    found, chosen = np.empty(trials), []
-    for fold, kept in enumerate(folds):
-        of_fold = [i for i, (f, _) in enumerate(pairs) if f == fold]
-        scores = [
-            float(rows(points[i], nodes[pairs[i][1]])[kept].sum() + prior(points[i]))
-            for i in of_fold
-        ]
-        best = of_fold[int(np.argmax(scores))]
-        told = np.asarray(mean(points[best], nodes[pairs[best][1]]))
-        if fold < trials:
-            found[fold] = told[asked.cell[:, 0] == fold].mean()
-        else:
-            inside = np.array([told[asked.cell[:, 0] == t].mean() for t in range(trials)])
-        chosen.append((pairs[best][1], points[best]))
-    return np.concatenate([found, inside]), chosen
+    every = jax.tree.map(lambda part: np.broadcast_to(part, (len(folds), *part.shape)), nodes)
+    points = modes(model, every, asked, np.stack(folds).astype(float))
+
+    @jax.jit
+    def mean(point: np.ndarray) -> Any:
+        values = alike(model, point)
+        each = jax.lax.map(lambda node: model.expected(values, node, asked), nodes)
+        return jax.numpy.exp(model.log_shares(values)) @ each
+
+    told = [np.asarray(mean(point)) for point in points]
+    of = lambda fold, trial: told[fold][asked.cell[:, 0] == trial].mean()
+    outside = np.array([of(trial, trial) for trial in range(trials)])
+    inside = np.array([of(trials, trial) for trial in range(trials)])
+    return outside, inside, points[-1]
 
 
 def counted_cues(people: Study) -> np.ndarray:
@@ -114,36 +112,39 @@ def report(people: Study) -> None:
     means = np.array(
         [people.asked.answer[people.asked.cell[:, 0] == trial].mean() for trial in range(trials)]
     )
-    nodes = []
-    watched = []
-    for node in NODES:
-        watched, seen = seen_under(people, tuple(node.items()))
-        nodes.append(seen)
+    ways = [seen_under(people, tuple(node.items())) for node in NODES]
+    watched = ways[0][0]
+    nodes = jax.tree.map(lambda *parts: np.stack(parts), *[seen for _, seen in ways])
     world = watched[0].world
     log_prior = world.log_prior(world.tables)[0]
     watching = Watching(Answers(watched, people.questions), people.latents, log_prior, {})
-    model = Model(watching, len(people.people), {}, ())
-    audience, chosen = predicted(model, nodes, people.asked, trials)
-    baseline = Model(
-        Cues((*CUES, "boxes moved")), len(people.people), {"slope": 1.0, "bias": 0.0}, ()
+    model = Model(watching, len(people.people), {}, ("plan",), len(NODES), trials)
+    answering = {"slope": 1.0, "bias": 0.0}  # weights do the same
+    baseline = Model(Cues((*CUES, "boxes moved")), len(people.people), answering, (), cells=trials)
+    outside, inside, point = predicted(model, nodes, people.asked, trials)
+    cues_outside, cues_inside, _ = predicted(
+        baseline, counted_cues(people)[None], people.asked, trials
     )
-    counted, _ = predicted(baseline, [counted_cues(people)], people.asked, trials)
+    columns = (means, outside, cues_outside, inside)
     print("| trial | people | audience | cues | audience in sample |")
     print("|---|---|---|---|---|")
     for trial in sorted(range(trials), key=lambda t: people.labels[t][0]):
         number = int(people.labels[trial][0].removesuffix(".json")[-2:])
-        row = (means[trial], audience[trial], counted[trial], audience[trials + trial])
-        print(f"| {number} | " + " | ".join(f"{100 * x:.1f}" for x in row) + " |")
-    for name, found in (("audience", audience), ("cues", counted)):
-        for what, part in (("out of sample", found[:trials]), ("in sample", found[trials:])):
-            r, rmse = agreement(means, part)
-            print(f"{name}, {what}: r = {r:.3f}, RMSE = {100 * rmse:.1f}")
-    for number, point in chosen[-1:]:
-        values = {
-            n: float(s.bounded(x)) for (n, s), x in zip(model.scales.items(), point, strict=True)
-        }
-        print("the best plan:", NODES[number], {name: round(v, 3) for name, v in values.items()})
-    print("plans chosen:", [number for number, _ in chosen])
+        print(f"| {number} | " + " | ".join(f"{100 * x[trial]:.1f}" for x in columns) + " |")
+    for name, found in (
+        ("audience, out of sample", outside),
+        ("audience, in sample", inside),
+        ("cues, out of sample", cues_outside),
+        ("cues, in sample", cues_inside),
+    ):
+        r, rmse = agreement(means, found)
+        print(f"{name}: r = {r:.3f}, RMSE = {100 * rmse:.1f}")
+    values = alike(model, point)
+    scales = {name: scale for name, scale in model.scales.items() if "[" not in name}
+    bounded = {name: float(scale.bounded(values[name])) for name, scale in scales.items()}
+    print({name: round(value, 3) for name, value in bounded.items()})
+    for node, share in zip(NODES, np.exp(model.log_shares(values)), strict=True):
+        print(f"{100 * share:5.1f} % {plan_in_words(node)}")
 
 
 if __name__ == "__main__":

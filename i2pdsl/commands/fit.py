@@ -11,10 +11,11 @@ import click
 from i2pdsl.output import DONE, INTERRUPTED, WRONG, check_writable, output, output_json
 
 if TYPE_CHECKING:
+    from i2pdsl.fit.compare import Comparison
     from i2pdsl.fit.judgements import Choice
-    from i2pdsl.fit.report import Comparison, Report
+    from i2pdsl.fit.report import Report
 
-_VARYING = "prior, sharpness, forgetting, lapse, noise, bias, slope"
+_VARYING = "plan, prior, sharpness, forgetting, lapse, noise, bias, slope"
 
 
 @click.command()
@@ -83,7 +84,7 @@ def fit(
     """Fit an audience to people's judgements: how sharply they expect characters to choose, what
     they forget, what they thought before, and how they answer."""
     from i2pdsl.computing import computing
-    from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.fit.judgements import read_judgements, repeated
     from i2pdsl.progress import Bars
 
     options = [_choice(text) for text in choices]
@@ -96,6 +97,8 @@ def fit(
             raise click.BadParameter(f"{out!r} does not end in .toml", param_hint="--out")
         check_writable(Path(out).parent)
     judgements = read_judgements(table, scale, question, dict(options))
+    if again := repeated(judgements):
+        click.echo(f"warning: {again}", err=True)
     with Bars("fitting") as bars:
         from i2pdsl.fit.fit import fit as fitted_to
         from i2pdsl.fit.fit import fit_cues, settings_of, study
@@ -107,7 +110,8 @@ def fit(
             for text, (name, values) in others.items()
         }
         with computing(bars.say):
-            from i2pdsl.fit.report import Report, compared
+            from i2pdsl.fit.compare import compared
+            from i2pdsl.fit.report import Report
 
             told: dict[str, Any] = {"chains": chains, "warmup": warmup, "draws": draws}
             told |= {"seed": seed, "report": bars.fitting}
@@ -142,6 +146,7 @@ def fit(
 
 def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, str]:
     """Writes the audience, the draws and the picture."""
+    from i2pdsl.fit.audience import people
     from i2pdsl.fit.picture import draw_agreement
     from i2pdsl.language.people import written
     from i2pdsl.resources import write_text
@@ -149,7 +154,7 @@ def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, s
     r, rmse = report.agreement
     figures = {"r": r, "rmse": rmse, "people": len(report.fitted.study.people)}
     told = f"Viewers fitted to the judgements in {Path(table).name} by `i2p fit`."
-    write_text(out, written(report.people(viewers), figures, told))
+    write_text(out, written(people(report, viewers), figures, told))
     draws, picture = out.with_suffix(".nc"), out.with_suffix(".png")
     report.save(draws)
     draw_agreement(report, picture)

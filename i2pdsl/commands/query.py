@@ -41,6 +41,7 @@ def query(
     With --ask, all questions are asked of all SCRIPTs (folders hold scripts, too) before all
     audiences, and the answers are one table.
     """
+    audiences = tuple(map(_quoted, audiences))
     if questions and sources:
         return _table(sources, questions, assume, audiences, seed, out, as_json)
     if len(sources) != 2 or len(audiences) > 1 or out is not None:
@@ -60,6 +61,11 @@ def query(
     else:
         output(answer.in_words())
     return status
+
+
+def _quoted(audience: str) -> str:
+    """An audience as a story names it: a file's name stands in quotes there, which shells take."""
+    return f'"{audience}"' if audience.endswith(".toml") else audience
 
 
 def _table(

@@ -79,8 +79,7 @@ def sample(
 
 
 def in_words(latent: str, confusion: Confusion) -> str:
-    """A confusion matrix: a row for each value that was drawn, a column for each that is most
-    believed at the end."""
+    """A confusion matrix, with what its rows and columns are."""
     heads = (latent, *confusion.believed)
     rows = [
         (name, *map(str, counts))
@@ -94,4 +93,7 @@ def in_words(latent: str, confusion: Confusion) -> str:
         )
         for row in (heads, *rows)
     ]
-    return "\n".join((*lines, f"most believed at the end is the truth in {confusion.right:.1%}"))
+    told = "rows: the truth that was drawn; columns: what is most believed at the end"
+    return "\n".join(
+        (told, *lines, f"most believed at the end is the truth in {confusion.right:.1%}")
+    )

@@ -314,10 +314,14 @@ def fit(
     given = dict(fixed or {})
     own = {name: given.pop(name) for name in list(given) if name in VIEWER}
     watching = Watching(answers, study.latents, np.asarray(log_prior), own)
-    model = Model(watching, len(study.people), given, USUALLY_VARY if varies is None else varies)
+    own_ones = USUALLY_VARY if varies is None else varies
+    cells = len(study.questions)
+    model = Model(watching, len(study.people), given, own_ones, cells=cells)
     nodes = jax.tree.map(lambda *parts: np.stack(parts), *seen)
     if len(plans) > 1:
-        plans, nodes = _plausible(model, plans, nodes, study.asked)
+        kept = _plausible(model, nodes, study.asked)
+        plans, nodes = [plans[i] for i in kept], jax.tree.map(lambda part: part[kept], nodes)
+        model = replace(model, plans=len(plans))
     found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
     return Fitted(study, model, tuple(plans), nodes, found)
 
@@ -333,20 +337,32 @@ def fit_cues(
 ) -> Fitted:
     """Fits what can be counted in a film (cues.py) to the same judgements, as a baseline."""
     answering = {"slope": 1.0, "bias": 0.0}  # weights do the same
-    model = Model(Cues(tuple(expressions)), len(study.people), answering)
+    model = Model(
+        Cues(tuple(expressions)), len(study.people), answering, cells=len(study.questions)
+    )
     nodes = cues(study.scripts, study.questions, expressions)[None]
     found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
     return Fitted(study, model, ((),), nodes, found)
 
 
-def _plausible(model: Model, plans: list[Plan], nodes: Any, asked: Asked) -> tuple[list[Plan], Any]:
-    """The ways of planning that explain the answers about as well as the best does, if all people
-    are alike: to sum over the others costs time for nothing."""
+def _plausible(model: Model, nodes: Any, asked: Asked) -> list[int]:
+    """The ways of planning that explain the answers about as well as the best does, or, where
+    people differ in them, the answers of somebody: to sum over the others costs time for nothing.
+    """
+    count = len(jax.tree.leaves(nodes)[0])
     each = jax.tree.map(lambda part: part[:, None], nodes)
-    points = modes(model, each, asked, np.ones((len(plans), len(asked.answer))))
-    scores = [
-        float(model.by_node(alike(model, point), jax.tree.map(lambda x, n=n: x[n], each), asked)[0])
-        for n, point in enumerate(points)
-    ]
-    kept = [i for i, score in enumerate(scores) if score > max(scores) - MOST_WORSE]
-    return [plans[i] for i in kept], jax.tree.map(lambda part: part[kept], nodes)
+    every = np.ones(len(asked.answer))
+    points = modes(model, each, asked, np.tile(every, (count, 1)))
+    group, groups = replace(model, plans=count).groups(asked)
+    rows = jax.jit(lambda point, seen: model.log_likelihoods(alike(model, point), seen, asked))
+    totals = np.array(
+        [
+            np.bincount(group, rows(point, jax.tree.map(lambda x, n=n: x[n], nodes)), groups)
+            for n, point in enumerate(points)
+        ]
+    )  # [N, G]
+    if groups == 1:
+        return list(np.flatnonzero(totals[:, 0] > totals.max() - MOST_WORSE))
+    explained = np.exp(totals - totals.max(0))
+    explained /= explained.sum(0)
+    return list(np.flatnonzero(explained.sum(1) > 0.5))

@@ -19,7 +19,9 @@ from i2pdsl.language.statements import read_source
 
 COLUMNS = ("participant", "script", "frame", "question", "answer")
 LAST = "T"  # the frame after which everything was seen
-_CELL = re.compile(r'[ \t]*(?:"(?:[^"]|"")*"|[^,\n]*)')
+SEPARATORS = ",;\t"
+_SIGNS = {",": "a comma", ";": "a semicolon", "\t": "a tab"}
+_CELLS = {sign: re.compile(rf' *(?:"(?:[^"]|"")*"|[^{sign}\n]*)') for sign in SEPARATORS}
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def read_judgements(
     problems = _wrong_head(head, needs_question=question is None)
     if problems:
         raise StoryError(problems)
-    reader = _Reader(scale, question, choices or {}, names)
+    reader = _Reader(scale, question, choices or {}, names, _separator(source.text))
     texts = ((cells, [text for text, _ in cells]) for cells in rows)
     # Tables that were put behind each other repeat their first line.
     found = [reader.judgement(cells) for cells, row in texts if any(row) and row != names]
@@ -89,6 +91,25 @@ def read_judgements(
         end = Span(source, len(source.text), len(source.text))
         raise StoryError([Diagnostic("table", "the table has no answers", end)])
     return tuple(judgement for judgement in found if judgement is not None)
+
+
+def repeated(judgements: tuple[Judgement, ...]) -> str | None:
+    """What is to be said where somebody was asked the same twice, as in a file that was joined to
+    itself; None where nobody was."""
+    first: dict[tuple[object, ...], Judgement] = {}
+    again = []
+    for each in judgements:
+        key = (each.participant, each.script, each.frame, each.question)
+        if first.setdefault(key, each) is not each:
+            again.append(each)
+    if not again:
+        return None
+    span = again[0].spans["participant"]
+    line, _ = span.source.position(span.start)
+    return (
+        f"{len(again)} of {len(judgements)} answers are to what the same person was asked before "
+        f"(first in line {line}); all of them count"
+    )
 
 
 def _as_csv(path: Path) -> Source:
@@ -111,16 +132,17 @@ def read_table(source: Source) -> Iterator[list[tuple[str, Span]]]:
     """The rows as texts of cells with their places."""
     at = 0
     text = source.text
+    separator = _separator(text)
     while at < len(text):
         cells: list[tuple[str, Span]] = []
         while True:
-            found = _CELL.match(text, at)
+            found = _CELLS[separator].match(text, at)
             assert found is not None, "it matches nothing as well"
-            begin = at + len(found[0]) - len(found[0].lstrip(" \t\r"))
+            begin = at + len(found[0]) - len(found[0].lstrip(" \r"))
             end = at + len(found[0].rstrip())
             cells.append((_plain(text[begin:end]), Span(source, min(begin, end), end)))
             at = found.end()
-            if text[at : at + 1] != ",":
+            if text[at : at + 1] != separator:
                 break
             at += 1
         rest = text.find("\n", at)
@@ -130,6 +152,13 @@ def read_table(source: Source) -> Iterator[list[tuple[str, Span]]]:
             raise StoryError([Diagnostic("table", message, Span(source, at, after))])
         at = after + 1
         yield cells
+
+
+def _separator(text: str) -> str:
+    """What stands between cells: of the signs that spreadsheets write the most frequent in the
+    first line."""
+    head = text.partition("\n")[0]
+    return max(SEPARATORS, key=head.count)
 
 
 def _plain(cell: str) -> str:
@@ -161,6 +190,7 @@ class _Reader:
     question: str | None
     choices: Mapping[str, Choice]
     names: list[str]
+    separator: str
     problems: list[Diagnostic] = field(default_factory=list)
 
     def judgement(self, cells: list[tuple[str, Span]]) -> Judgement | None:
@@ -168,7 +198,7 @@ class _Reader:
         before = len(self.problems)
         if len(cells) != len(self.names):
             message = f"there are {len(cells)} cells, and {len(self.names)} columns"
-            hint = "a cell with a comma in it stands in quotes"
+            hint = f"a cell with {_SIGNS[self.separator]} in it stands in quotes"
             self.problem(message, cells[0][1].to(cells[-1][1]), hint)
             return None
         row = dict(zip(self.names, cells, strict=True))
@@ -208,8 +238,10 @@ class _Reader:
                 message = f"`{shorten(text)}` is none of the choices of `{shorten(question)}`"
                 self.problem(message, span, did_you_mean(text, options))
             return text
+        # Where a semicolon stands between cells, a comma may stand before decimals.
+        plain = text if self.separator == "," else text.replace(",", ".")
         try:
-            number = float(text) / self.scale
+            number = float(plain) / self.scale
         except ValueError:
             number = math.nan
         if not 0 <= number <= 1:

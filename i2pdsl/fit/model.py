@@ -75,9 +75,13 @@ POSSIBLE = {
 """What they can be where they are not fitted."""
 WEIGHT = Scale(_same, 0.0, 1.0, 0.5)
 
-USUALLY_VARY = ("prior", "lapse", "noise", "bias")
+MISFIT = 0.5
+"""The scale of how far questions lie apart from what any viewer would answer, in log odds, before
+any answer is seen."""
+
+USUALLY_VARY = ("plan", "prior", "lapse", "noise", "bias")
 """In what people differ unless somebody says otherwise: to let all differ in sharpness as well
-takes as many times as long as there are people."""
+takes as many times as long as there are people. `plan` is how they think that characters plan."""
 
 
 class Predictor(Protocol):
@@ -184,19 +188,32 @@ class Model:
         people: how many there are.
         fixed: parameters of answers that are not fitted, with their values.
         varies: the parameters in which people differ; `prior` stands for all weights of latents'
-            values, and `cue` for those of cues.
+            values, `cue` for those of cues, and `plan` for the way of planning.
+        plans: how many ways of planning there are.
+        cells: how many questions about scripts there are. Each has a deviation of its own from what
+            viewers would answer, for the same few are put to all people, and no model is right
+            (Clark 1973, DOI 10.1016/S0022-5371(73)80014-3).
     """
 
     predictor: Predictor
     people: int
     fixed: Mapping[str, float]
     varies: tuple[str, ...] = USUALLY_VARY
+    plans: int = 1
+    cells: int = 0
 
     @property
     def scales(self) -> dict[str, Scale]:
         """The parameters in their order, [D]."""
         own = {name: scale for name, scale in RESPONSE.items() if name not in self.fixed}
-        return own | self.predictor.scales
+        return own | self.predictor.scales | dict.fromkeys(self.share_names, WEIGHT)
+
+    @property
+    def share_names(self) -> tuple[str, ...]:
+        """The parameters that say how many people think that characters plan in which way; none
+        where all think the same."""
+        differ = self.plans > 1 and self.people > 1 and "plan" in self.varies
+        return tuple(f"share[{number}]" for number in range(self.plans if differ else 0))
 
     @property
     def differing(self) -> tuple[str, ...]:
@@ -226,6 +243,8 @@ class Model:
             if name in values:
                 bounded = RESPONSE[name].bounded(values[name])
                 own[name] = bounded[asked.person] if jnp.ndim(bounded) else bounded
+        if "deviation" in values:
+            own["bias"] = own["bias"] + values["deviation"][asked.cell[:, 0]]
         rows = len(asked.person)
         return p, {name: jnp.broadcast_to(value, (rows,)) for name, value in own.items()}
 
@@ -239,24 +258,60 @@ class Model:
         return jnp.where(asked.options > 0, choice, slider)
 
     def expected(self, values: dict[str, Array], seen: Any, asked: Asked) -> Array:
-        """The mean of each row's answer, [R]; of a choice the probability of the one made."""
-        p, own = self.told(values, seen, asked)
-        mean = slider_mean(p[:, 0], own)
+        """The mean of each row's answer to a question like it, [R]; of a choice the probability of
+        the one made."""
+        usual = {name: value for name, value in values.items() if name != "deviation"}
+        p, own = self.told(usual, seen, asked)
+        if "misfit" in values:
+            away = lambda z: own | {"bias": own["bias"] + values["misfit"] * z}
+            places, weights = np.polynomial.hermite_e.hermegauss(9)
+            means = jax.vmap(lambda z: slider_mean(p[:, 0], away(z)))(jnp.asarray(places))
+            mean = (weights / weights.sum()) @ means
+        else:
+            mean = slider_mean(p[:, 0], own)
         if p.shape[1] == 1:
             return mean
         made = log_choice(asked.answer.astype(int), p, asked.options, own)
         return jnp.where(asked.options > 0, jnp.exp(made), mean)
 
-    def by_node(self, values: dict[str, Array], nodes: Any, asked: Asked) -> Array:
-        """log P(all answers) under each way of planning, [N]; `nodes` are what is seen in each."""
-        every = lambda seen: self.log_likelihoods(values, seen, asked).sum()
-        return jax.lax.map(every, nodes)
+    def groups(self, asked: Asked) -> tuple[Array, int]:
+        """Whose answers are given under one way of planning, [R], and how many groups there are:
+        each person's own, or everybody's."""
+        if self.share_names:
+            return asked.person, self.people
+        return np.zeros(len(asked.answer), int), 1
+
+    def log_shares(self, values: dict[str, Array]) -> Array:
+        """log of the share of each way of planning, [N]; all the same where nobody differs."""
+        if not self.share_names:
+            return jnp.full(self.plans, -np.log(self.plans))
+        return jax.nn.log_softmax(jnp.stack([values[name] for name in self.share_names]))
+
+    def by_plan(
+        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array
+    ) -> tuple[Array, Array]:
+        """log P(answer) of each row under each way of planning, [N, R], and log P(a group's
+        answers and that it thinks of this way), [N, G].
+
+        Args:
+            nodes: what is seen under each way.
+            counted: the weight of each row, [R].
+        """
+        group, count = self.groups(asked)
+        rows = jax.lax.map(lambda seen: self.log_likelihoods(values, seen, asked), nodes)
+        together = jax.vmap(lambda row: jax.ops.segment_sum(row * counted, group, count))(rows)
+        return rows, together + self.log_shares(values)[:, None]
+
+    def log_answers(
+        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array
+    ) -> Array:
+        """log P(all answers), with the ways of planning summed out."""
+        return logsumexp(self.by_plan(values, nodes, asked, counted)[1], axis=0).sum()
 
     def program(self, nodes: Any, asked: Asked) -> None:
-        """The model as NumPyro runs it; how the characters plan is summed out."""
-        values = self.drawn()
-        totals = self.by_node(values, nodes, asked)
-        numpyro.factor("answers", logsumexp(totals) - np.log(len(totals)))
+        """The model as NumPyro runs it."""
+        every = np.ones(len(asked.answer))
+        numpyro.factor("answers", self.log_answers(self.drawn(), nodes, asked, every))
 
     def drawn(self) -> dict[str, Array]:
         scales = self.scales
@@ -267,6 +322,10 @@ class Model:
             sites["spread"] = numpyro.sample("spread", dist.HalfNormal(wide).to_event(1))
             shape = (self.people, len(wide))
             sites["own"] = numpyro.sample("own", dist.Normal(0.0, 1.0).expand(shape).to_event(2))
+        if self.cells:
+            each = dist.Normal(0.0, 1.0).expand((self.cells,)).to_event(1)
+            sites["misfit"] = numpyro.sample("misfit", dist.HalfNormal(MISFIT))
+            sites["deviation"] = numpyro.sample("deviation", each)
         return self.values(sites)
 
     def values(self, sites: Mapping[str, Array]) -> dict[str, Array]:
@@ -275,6 +334,9 @@ class Model:
         found = {name: sites["mean"][number] for number, name in enumerate(self.scales)}
         for number, name in enumerate(self.differing):
             found[name] = found[name] + sites["spread"][number] * sites["own"][:, number]
+        if self.cells:
+            found["misfit"] = sites["misfit"]
+            found["deviation"] = sites["misfit"] * sites["deviation"]
         return found
 
 

@@ -17,7 +17,6 @@ import numpy as np
 from i2pdsl.answers import optional
 from i2pdsl.fit.fit import Fitted
 from i2pdsl.fit.model import RESPONSE, SD, VIEWER, Watching, placed
-from i2pdsl.language.people import Person
 from i2pdsl.resources import atomic_path
 
 Array = Any
@@ -78,12 +77,18 @@ class Report:
         if isinstance(watching, Watching):
             viewer = lambda values: watching.viewer(values).log_prior
             log_prior = jax.vmap(jax.vmap(viewer))(unbounded)
+            if model.share_names:
+                shares = jax.nn.softmax(np.stack([unbounded[n] for n in model.share_names]), 0)
+                names = (plan_in_words(dict(plan)) for plan in self.fitted.plans)
+                found |= {f"share[{n}]": np.asarray(s) for n, s in zip(names, shares, strict=True)}
             for latent in watching.latents:
                 share = np.exp(np.asarray(log_prior)) @ latent.one_hot
                 share /= share.sum(-1, keepdims=True)
                 found |= {
                     f"P({latent.name} = {v})": share[..., i] for i, v in enumerate(latent.values)
                 }
+        if model.cells:
+            found["misfit"] = sites["misfit"]
         for number, name in enumerate(model.differing):
             found[f"spread[{name}]"] = sites["spread"][..., number]
         return found
@@ -100,8 +105,9 @@ class Report:
         return found | self._planning()
 
     def _planning(self) -> dict[str, Estimate]:
-        """The settings of planning that were summed out: their posterior is that of the nodes."""
-        plans, weights = self.fitted.plans, self.plan_weights
+        """The settings of planning that were summed out: their posterior is that of the nodes;
+        where people differ in them, their distribution among people."""
+        plans, weights = self.fitted.plans, self.plan_weights.mean(1)
         found = {}
         for name in dict(plans[0]):
             values = np.array([dict(plan)[name] for plan in plans])
@@ -146,20 +152,21 @@ class Report:
 
     @cached_property
     def _predicted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """For some draws the mean of each row's answer and its log-likelihood, [M, R], and the
-        probability of each way of planning, [M, N]."""
+        """For some draws the mean of each row's answer, and log P(answer | all the others), [M, R]
+        each, and how likely each way of planning is for whom, [M, N, G]."""
         fitted = self.fitted
         model, asked, nodes = fitted.model, fitted.study.asked, fitted.nodes
+        group, _ = model.groups(asked)
+        every = np.ones(len(asked.answer))
 
         def one(sites: dict[str, Array]) -> tuple[Array, Array, Array]:
             values = model.values(sites)
-            rows = lambda node: (
-                model.expected(values, node, asked),
-                model.log_likelihoods(values, node, asked),
-            )
-            means, logs = jax.lax.map(rows, nodes)  # [N, R]
-            weights = jax.nn.softmax(logs.sum(1))
-            return weights @ means, jax.nn.logsumexp(logs + jnp.log(weights)[:, None], 0), weights
+            means = jax.lax.map(lambda node: model.expected(values, node, asked), nodes)
+            logs, together = model.by_plan(values, nodes, asked, every)
+            weights = jax.nn.softmax(together, axis=0)
+            own = together[:, group]
+            without = jax.nn.logsumexp(own, axis=0) - jax.nn.logsumexp(own - logs, axis=0)
+            return (weights[:, group] * means).sum(0), without, weights
 
         stacked = {name: np.stack([draw[name] for draw in self.some]) for name in self.some[0]}
         found = jax.jit(lambda draws: jax.lax.map(one, draws))(stacked)
@@ -168,7 +175,7 @@ class Report:
 
     @property
     def plan_weights(self) -> np.ndarray:
-        """The posterior probability of each way of planning, [N]."""
+        """The posterior probability of each way of planning, [N, G]: of each person, or of all."""
         weights: np.ndarray = self._predicted[2].mean(0)
         return weights
 
@@ -236,13 +243,15 @@ class Report:
     @cached_property
     def _placed(self) -> Any:
         """Where each row's belief is placed, and how its person answers; under the way of planning
-        that is likeliest."""
-        model, asked = self.fitted.model, self.fitted.study.asked
-        node = jax.tree.map(lambda part: part[int(self.plan_weights.argmax())], self.fitted.nodes)
+        that is likeliest for him."""
+        model, asked, nodes = self.fitted.model, self.fitted.study.asked, self.fitted.nodes
+        group, _ = model.groups(asked)
+        plan = self.plan_weights.argmax(0)[group]
 
         def answering(values: dict[str, Array]) -> tuple[Array, dict[str, Array]]:
-            p, own = model.told(values, node, asked)
-            return placed(p[:, 0], own), own
+            told, own = jax.lax.map(lambda node: model.told(values, node, asked), nodes)
+            own = {name: each[0] for name, each in own.items()}
+            return placed(told[plan, jnp.arange(len(plan)), 0], own), own
 
         return jax.jit(answering)
 
@@ -261,14 +270,23 @@ class Report:
         logs = self._predicted[1]
         each = len(logs) // chains
         logs = logs[: chains * each].reshape(chains, each, -1)
+        rows, of_rows = study.judgements, ("participant", "script", "frame", "question")
         data = arviz.from_dict(
             posterior={**self.group, **own},
             observed_data={"answer": study.asked.answer},
             sample_stats={"diverging": draws.diverging},
-            coords={"person": list(study.people), "parameter": list(self.fitted.model.differing)},
-            dims={"own": ["person", "parameter"]},
+            constant_data={n: [str(getattr(row, n)) for row in rows] for n in of_rows},
+            coords={
+                "person": list(study.people),
+                "parameter": list(self.fitted.model.differing),
+                "row": np.arange(1, len(rows) + 1),
+            },
+            dims={"own": ["person", "parameter"], **{n: ["row"] for n in ("answer", *of_rows)}},
         )
-        data.add_groups(log_likelihood=arviz.dict_to_dataset({"answer": logs}, coords={}, dims={}))
+        of_answers = arviz.dict_to_dataset(
+            {"answer": logs}, coords={"row": data.observed_data["row"]}, dims={"answer": ["row"]}
+        )
+        data.add_groups(log_likelihood=of_answers)
         return data
 
     @cached_property
@@ -315,83 +333,10 @@ class Report:
             "cells": [vars(cell) for cell in self.cells],
         }
 
-    # The audience.
-
-    def people(self, viewers: int) -> tuple[Person, ...]:
-        """The audience: one viewer where people do not differ in what they believe, else `viewers`
-        of them, each for as many people, who are ordered along the line in which they differ
-        most."""
-        watching = self.fitted.model.predictor
-        assert isinstance(watching, Watching), "cues believe nothing"
-        model, sites = self.fitted.model, self.fitted.draws.sites
-        mean = {name: s.mean((0, 1)) for name, s in sites.items()}
-        values = {n: np.asarray(v) for n, v in model.values(mean).items()}
-        settings = dict(self.fitted.plans[int(self.plan_weights.argmax())])
-        differ = [name for name in watching.scales if name in model.differing]
-        groups: list[np.ndarray] = [np.arange(len(self.fitted.study.people))]
-        if differ:
-            table = np.stack([values[name] for name in differ], axis=1)
-            centred = table - table.mean(0)
-            line = np.linalg.svd(centred, full_matrices=False)[2][0]
-            groups = np.array_split(np.argsort(centred @ line, kind="stable"), viewers)
-        found = []
-        for group in groups:
-            if not len(group):
-                continue
-            own = {
-                n: values[n][group].mean() if n in differ else values[n] for n in watching.scales
-            }
-            found.append(_person(watching, own, settings))
-        return tuple(found)
-
     def save(self, path: Path) -> None:
         """Writes what ArviZ reads, atomically."""
         with atomic_path(path) as temporary:
             self.data.to_netcdf(str(temporary), engine="h5netcdf")
-
-
-def _person(
-    watching: Watching, own: Mapping[str, np.ndarray], settings: Mapping[str, float]
-) -> Person:
-    viewer = watching.viewer({name: jnp.asarray(value, float) for name, value in own.items()})
-    prior = {
-        latent.name: {
-            value: float(np.exp(own[name] - np.mean([own[n] for n in latent.parameters])))
-            for value, name in zip(latent.values, latent.parameters, strict=True)
-        }
-        for latent in watching.latents
-    }
-    return Person(float(viewer.sharpness), float(viewer.forgetting), prior, settings)
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """An audience beside the first: leave-one-out in nats, how much better the first is, with the
-    standard error of that, over answers and over people, and r and RMSE of the means."""
-
-    name: str
-    loo: float
-    difference: float
-    se: float
-    se_people: float
-    r: float
-    rmse: float
-
-
-def compared(reports: Mapping[str, Report]) -> tuple[Comparison, ...]:
-    """Models of the same judgements, the best first. An audience is better by so many nats as it
-    explains answers better that it was not fitted to."""
-    best = max(reports, key=lambda name: reports[name].left_out.sum())
-    person = reports[best].fitted.study.asked.person
-    found = []
-    for name, report in reports.items():
-        apart = reports[best].left_out - report.left_out
-        each = np.bincount(person, apart)
-        error = lambda x: float(np.sqrt(len(x) * x.var(ddof=1))) if len(x) > 1 else float("nan")
-        total = float(report.left_out.sum())
-        figures = (total, float(apart.sum()), error(apart), error(each), *report.agreement)
-        found.append(Comparison(name, *figures))
-    return tuple(sorted(found, key=lambda one: -one.loo))
 
 
 def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
@@ -400,3 +345,8 @@ def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
     if len(people) < 2 or not people.std() or not model.std():
         return float("nan"), rmse
     return float(np.corrcoef(people, model)[0, 1]), rmse
+
+
+def plan_in_words(plan: Mapping[str, float]) -> str:
+    """A way of planning: `beta = 2, gamma = 0.9`."""
+    return ", ".join(f"{name} = {value:g}" for name, value in plan.items())

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpyro.infer import NUTS, init_to_value
 
-from i2pdsl.fit.model import Asked, Model
+from i2pdsl.fit.model import MISFIT, Asked, Model
 from i2pdsl.programs import LASTING
 from i2pdsl.search.minimise import minimise
 
@@ -34,22 +34,21 @@ class Draws:
 
 
 def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.ndarray:
-    """The group's means where their posterior is highest if all people are alike, [M, D]: of
-    several fits at once.
+    """Where the posterior is highest if all people are alike and questions lie apart by MISFIT: the
+    group's means and the questions' deviations, [M, D + C], of several fits at once.
 
     Args:
         nodes: what is seen in each fit, [M, N, ...].
         weights: of the rows in each, [M, R]; 0 for those that are left out.
     """
-    mean, sd = (np.array([scale[k] for scale in model.scales.values()]) for k in (1, 2))
+    own = np.array([(scale.mean, scale.sd) for scale in model.scales.values()])
+    mean, sd = np.concatenate([own, np.tile((0.0, 1.0), (model.cells, 1))]).T
 
     def one(fit: tuple[Any, Array]) -> Array:
         seen, counted = fit
 
         def loss(point: Array) -> tuple[Array, None]:
-            values = alike(model, point)
-            rows = lambda node: (model.log_likelihoods(values, node, asked) * counted).sum()
-            total = jax.nn.logsumexp(jax.lax.map(rows, seen))
+            total = model.log_answers(alike(model, point), seen, asked, counted)
             return 0.5 * (((point - mean) / sd) ** 2).sum() - total, None
 
         return minimise(loss, jnp.asarray(mean, float), "lbfgs", STEPS, 0.0, None)[0]
@@ -58,10 +57,13 @@ def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.nda
 
 
 def alike(model: Model, point: Array) -> dict[str, Array]:
-    """The parameters of people who do not differ, from the group's means [D]."""
-    values = dict(zip(model.scales, point, strict=True))
-    each = {name: jnp.broadcast_to(values[name], model.people) for name in model.differing}
-    return values | each
+    """The parameters of people who do not differ, from a point of `modes`, [D + C]."""
+    count = len(model.scales)
+    values = dict(zip(model.scales, point[:count], strict=True))
+    values |= {name: jnp.broadcast_to(values[name], model.people) for name in model.differing}
+    if model.cells:
+        values |= {"misfit": jnp.asarray(MISFIT), "deviation": MISFIT * point[count:]}
+    return values
 
 
 def draw(
@@ -80,7 +82,10 @@ def draw(
     """
     every = np.ones((1, len(asked.answer)))
     (point,) = modes(model, jax.tree.map(lambda part: part[None], nodes), asked, every)
-    begin = {"mean": jnp.asarray(point, float)}
+    count = len(model.scales)
+    begin = {"mean": jnp.asarray(point[:count], float)}
+    if model.cells:
+        begin |= {"misfit": jnp.asarray(MISFIT), "deviation": jnp.asarray(point[count:], float)}
     if model.differing:
         begin["own"] = jnp.zeros((model.people, len(model.differing)))
     kernel = NUTS(

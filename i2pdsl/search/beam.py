@@ -21,7 +21,7 @@ from i2pdsl.errors import error, whole_file
 from i2pdsl.objective.appended import tabulate_turns, worth_a_table
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
-from i2pdsl.programs import Program, Say, compiled_program
+from i2pdsl.programs import Program, Say, compiled_program, on_devices
 from i2pdsl.search.pool import Rule, grown
 from i2pdsl.search.rollout import root
 from i2pdsl.search.rounds import Block, rounds
@@ -112,9 +112,11 @@ def beam_search(
     try:
         with Workers(min(WORKERS, processors())) as workers:
             for blocks in rounds(len(starts), width, ready.places, more.budget, best):
-                calls = [partial(ready.search, every, block, length) for block in blocks]
-                for block, each in zip(blocks, workers.in_turn(calls), strict=True):
-                    scores, actions = each
+                size = ready.devices
+                shares = [blocks[i : i + size] for i in range(0, len(blocks), size)]
+                calls = [partial(ready.search, every, share, length) for share in shares]
+                each = (one for share in workers.in_turn(calls) for one in share)
+                for block, (scores, actions) in zip(blocks, each, strict=True):
                     better = ~searched[block.starts] | (scores > best[block.starts])
                     better_starts = block.starts[better]
                     best[better_starts], found[better_starts] = scores[better], actions[better]
@@ -135,8 +137,8 @@ def beam_search(
 
 @dataclass(frozen=True)
 class Beam:
-    """A beam search that is ready to run: `program` of the tables, parameters, `places` starts and
-    a rule (pool.py).
+    """A beam search that is ready to run: `program` of the tables, parameters, and on each device
+    `places` starts and a rule (pool.py).
 
     `seconds` is the time spent on tracing and compiling.
     """
@@ -145,20 +147,33 @@ class Beam:
     tables: Any
     params: Params
     places: int
+    devices: int
     seconds: float
 
-    def search(self, every: np.ndarray, block: Block, length: int) -> tuple[np.ndarray, np.ndarray]:
-        """The best score [G] and actions [G, T] of each start of a block; in any thread."""
-        count, width = len(block.starts), block.width
-        starts = np.resize(np.repeat(every[block.starts], width), self.places).astype(np.int32)
-        rule = Rule(np.int32(width), np.int32(block.alike), np.bool_(block.ahead))
+    def search(
+        self, every: np.ndarray, blocks: list[Block], length: int
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The best score [G] and actions [G, T] of each start of some blocks, one for each device,
+        or fewer; in any thread."""
+        given = [blocks[n % len(blocks)] for n in range(self.devices)]
+        starts = [np.resize(np.repeat(every[b.starts], b.width), self.places) for b in given]
+        rules = [Rule(np.int32(b.width), np.int32(b.alike), np.bool_(b.ahead)) for b in given]
         with computing():
-            found = self.program.run(self.tables, self.params, starts, rule)
-            scores, actions = (np.asarray(x)[: count * width] for x in found)
-        scores = scores.reshape(count, width)
-        best = scores.argmax(1)
-        at = np.arange(count) * width + best
-        return scores[np.arange(count), best], actions[at]
+            found = self.program.run(self.tables, self.params, *_stacked(starts, rules))
+            every_score, every_action = map(np.asarray, found)
+        best = []
+        for block, scores, actions in zip(blocks, every_score, every_action, strict=False):
+            count, width = len(block.starts), block.width
+            own = scores[: count * width].reshape(count, width)
+            at = own.argmax(1)
+            best.append((own[np.arange(count), at], actions[np.arange(count) * width + at]))
+        return best
+
+
+def _stacked(starts: list[np.ndarray], rules: list[Rule]) -> tuple[np.ndarray, Rule]:
+    """What devices are given, [D, ...]."""
+    rule = Rule(*(np.stack(parts) for parts in zip(*rules, strict=True)))
+    return np.stack(starts).astype(np.int32), rule
 
 
 def prepare_beam(
@@ -179,11 +194,14 @@ def prepare_beam(
     layout = world.program_key(objective.suffix_turns)
     key = ("pool", objective.shape, layout, length, events)
     search = partial(_search, world, objective, length, events)
+    devices = len(jax.devices())
     rule = Rule(np.int32(1), np.int32(1), np.bool_(False))
-    arguments = (tables, params, np.zeros(places, np.int32), rule)
+    given = _stacked([np.zeros(places)] * devices, [rule] * devices)
+    arguments = (tables, params, *given)
     brief = expected_seconds(world, objective, length, count * width, events) < BRIEF_SECONDS
-    program = compiled_program(key, search, arguments, (0, 0), say, brief)
-    return Beam(program, tables, params, places, time.perf_counter() - began)
+    program = compiled_program(key, search, arguments, (0, 0), say, brief, apart=(2, 3))
+    tables, params = on_devices((tables, params), devices)
+    return Beam(program, tables, params, places, devices, time.perf_counter() - began)
 
 
 def _search(

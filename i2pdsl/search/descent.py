@@ -32,7 +32,7 @@ from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.programs import Program, compiled_program
+from i2pdsl.programs import Program, compiled_program, on_devices
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import Node, follow, resume, root
@@ -130,15 +130,13 @@ def descend(
     guesses = world.guesses(length + window, plan.seeds, plan.noise, seed, begun.states[-1])
     changes = guesses.astype(np.float32)
     nodes, guess = ready.nodes, changes[:, :window]
-    fixed = (ready.tables, ready.params, ready.knobs, ready.kept)
     actions = [np.repeat(begun.actions[None].astype(np.float32), plan.seeds, axis=0)]
     states = [np.repeat(begun.states[None].astype(np.float32), plan.seeds, axis=0)]
     spoilt, finished = 0, True
     try:
         for number in range(windows):
             # All of it comes back at once, so an interrupt loses a window, never half of one.
-            improved = ready.program.run(*fixed, nodes, guess)
-            nodes, better, more, bad = jax.device_get(improved)
+            nodes, better, more, bad = ready.improve(nodes, guess)
             first = number * stride
             stays = min(end - done - first, window) if number == windows - 1 else stride
             # Both at once: an interrupt finds as many actions as states.
@@ -168,7 +166,8 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 @dataclass(frozen=True)
 class Descent:
     """A descent that is ready to run: `program` of the tables, parameters, knobs, what is kept (or
-    None), nodes (where all seeds are) and the changes that a window begins with.
+    None), and on each device its share of the nodes (where all seeds are) and of the changes that a
+    window begins with.
 
     `seconds` is the time spent on tracing and compiling.
     """
@@ -180,7 +179,24 @@ class Descent:
     kept: _Kept | None
     nodes: Node
     window: _Window
+    devices: int
     seconds: float
+
+    def improve(self, nodes: Node, guess: np.ndarray) -> tuple[Node, np.ndarray, Any, Any]:
+        """The nodes after a window, its changes and states, and how many gradients were not
+        finite: of each seed."""
+        shares = _shared_out((nodes, guess), self.devices)
+        fixed = (self.tables, self.params, self.knobs, self.kept)
+        found = jax.device_get(self.program.run(*fixed, *shares))
+        joined: tuple[Node, np.ndarray, Any, Any] = jax.tree.map(
+            lambda part: part.reshape(-1, *part.shape[2:]), found
+        )
+        return joined
+
+
+def _shared_out(arrays: Any, devices: int) -> Any:
+    """Arrays of all seeds [S, ...], as each device has its own: [D, S / D, ...]."""
+    return jax.tree.map(lambda part: part.reshape(devices, -1, *part.shape[1:]), arrays)
 
 
 def prepare_descent(
@@ -208,6 +224,8 @@ def prepare_descent(
         raise error("search", message, whole_file("search"), hint)
     tables = world.search_tables
     knobs = np.array([plan.rate, plan.damping], np.float32)
+    devices = max(n for n in range(1, len(jax.devices()) + 1) if plan.seeds % n == 0)
+    each = plan.seeds // devices
     began = time.perf_counter()
     params = prepared(world, objective, say)
     nodes = _roots(world, objective, length, tables, params, so_far, start, plan.seeds)
@@ -217,7 +235,7 @@ def prepare_descent(
     def improve(*given: Any) -> Any:
         tables, params, knobs, kept, nodes, guess = given
         one = partial(
-            _improve, world, objective, length, shape, how, plan.seeds, tables, params, knobs, kept
+            _improve, world, objective, length, shape, how, each, tables, params, knobs, kept
         )
         return jax.vmap(one)(nodes, guess)
 
@@ -225,12 +243,14 @@ def prepare_descent(
     key = ("descent", objective.shape, rules, length, shape, plan.steps, plan.optimiser, bound)
     guess = np.zeros((plan.seeds, window, *world.action_shape), np.float32)
     to_keep = None if kept is None else _to_keep(kept, length + seen)
-    arguments = (tables, params, knobs, to_keep, nodes, guess)
+    arguments = (tables, params, knobs, to_keep, *_shared_out((nodes, guess), devices))
     work = plan.seeds * seen * plan.steps * (1 + max(0, length - window) // stride)
     brief = work < BRIEF_FRAMES
-    program = compiled_program(key, improve, arguments, (nodes, 0, 0, 0), say, brief)
+    result = (nodes, 0, 0, 0)
+    program = compiled_program(key, improve, arguments, result, say, brief, apart=(4, 5))
+    tables, params, knobs, to_keep = on_devices((tables, params, knobs, to_keep), devices)
     spent = time.perf_counter() - began
-    return Descent(program, tables, params, knobs, to_keep, nodes, shape, spent)
+    return Descent(program, tables, params, knobs, to_keep, nodes, shape, devices, spent)
 
 
 def _prefix(kept: Kept) -> Trajectory | None:

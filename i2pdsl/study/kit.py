@@ -278,7 +278,8 @@ def _read_me(study: Study, minutes: int) -> str:
     if fit:
         told = (
             "It writes all answers as one table, answers.csv.\n"
-            f"   The audience that these people are:\n\n    i2p fit answers.csv {fit} -o people.toml\n"
+            "   The audience that these people are:\n\n"
+            f"    i2p fit answers.csv {fit} -o people.toml\n"
         )
     return f"""\
 {study.title}: a study for people, made by `i2p study --kit`.

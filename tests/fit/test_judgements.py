@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from i2pdsl.errors import StoryError
-from i2pdsl.fit.judgements import Choice, Judgement, read_judgements
+from i2pdsl.fit.judgements import Choice, Judgement, read_judgements, repeated
 
 HEAD = "participant,script,frame,question,answer\n"
 
@@ -32,6 +32,22 @@ def test_columns_may_be_left_out_and_stand_in_any_order(tmp_path: Path) -> None:
     text = "answer,who,participant,script\r\n50,x,ann,a.json\r\n"
     (found,) = read_judgements(table(tmp_path, text), scale=100, question="P(rho > 0)")
     assert found == Judgement("ann", "a.json", None, "P(rho > 0)", 0.5, {"who": "x"})
+
+
+@pytest.mark.parametrize("sign", [";", "\t"])
+def test_cells_may_be_apart_by_other_signs(tmp_path: Path, sign: str) -> None:
+    text = (HEAD + 'ann,a.json,3,"P(a, b)",0?25\n').replace(",", sign).replace("?", ",")
+    (found,) = read_judgements(table(tmp_path, text.replace(f"a{sign} b", "a, b")))
+    assert found == Judgement("ann", "a.json", 3, "P(a, b)", 0.25)
+
+
+def test_the_same_asked_twice_is_said(tmp_path: Path) -> None:
+    rows = "ann,a.json,1,q,0\nann,a.json,2,q,0\nben,a.json,1,q,0\n"
+    assert repeated(read_judgements(table(tmp_path, HEAD + rows))) is None
+    told = repeated(read_judgements(table(tmp_path, HEAD + rows + rows)))
+    assert told is not None
+    assert told.startswith("3 of 6 answers")
+    assert "in line 5" in told
 
 
 def test_a_choice_is_answered_by_a_label(tmp_path: Path) -> None:

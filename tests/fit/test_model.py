@@ -131,3 +131,61 @@ def test_sliders_and_choices_against_plain_python() -> None:
             )
             first = 0.9 * 0.49 / (0.04 + 0.49 + 0.01) + 0.1 / 3
             np.testing.assert_allclose(np.exp(chosen), [first, 2 / 3], rtol=1e-6)
+
+
+def test_people_who_think_of_plans_differently_against_plain_python() -> None:
+    """Two ways of planning, of which each of three people thinks of one; two questions, each with a
+    deviation of its own. What is believed is told by one cue, so that it can be written down."""
+    beliefs = {("a", 0): 0.2, ("a", 1): 0.9, ("b", 0): 0.7, ("b", 1): 0.4}  # way, question
+    odds = lambda p: math.log(p / (1 - p))
+    rows = [(0, 0, 0.1), (0, 1, 0.85), (1, 0, 0.8), (1, 1, 0.5), (2, 0, 0.0), (2, 1, 1.0)]
+    own = {"lapse": 0.05, "noise": 0.7, "bias": 0.2, "slope": 0.8}
+    shares, deviation, misfit = {"a": 0.7, "b": 0.3}, (0.5, -0.3), 0.6
+    total, given_others = 0.0, []
+    for person in range(3):
+        mine = [(question, answer) for who, question, answer in rows if who == person]
+
+        def together(way: str, answers: list[tuple[int, float]]) -> float:
+            moved = [{**own, "bias": own["bias"] + d} for d in deviation]
+            each = (chance(y, beliefs[way, q], moved[q]) for q, y in answers)
+            return shares[way] * math.prod(each)
+
+        every = sum(together(way, mine) for way in shares)
+        total += math.log(every)
+        for one in mine:
+            rest = [other for other in mine if other != one]
+            given_others.append(math.log(every / sum(together(way, rest) for way in shares)))
+    with computing():
+        import jax
+        import jax.numpy as jnp
+
+        from i2pdsl.fit.model import Asked, Cues, Model
+
+        with jax.enable_x64(True):
+            model = Model(Cues(("odds",)), 3, {}, ("plan",), plans=2, cells=2)
+            unbounded = {n: math.log(x) for n, x in own.items() if n in ("noise", "slope")}
+            unbounded |= {"lapse": odds(own["lapse"]), "bias": own["bias"]}
+            unbounded |= {"cue[always]": 0.0, "cue[odds]": 1.0}
+            unbounded |= {f"share[{n}]": math.log(s) for n, s in enumerate(shares.values())}
+            assert set(unbounded) == set(model.scales)
+            values = {name: jnp.asarray(value) for name, value in unbounded.items()}
+            values |= {"misfit": jnp.asarray(misfit), "deviation": jnp.asarray(deviation)}
+            nodes = np.array([[[odds(beliefs[way, q])] for q in (0, 1)] for way in shares])
+            person, cell, answer = (np.array(column) for column in zip(*rows, strict=True))
+            asked = Asked(person, cell[:, None], np.zeros(6, int), answer)
+            found = model.log_answers(values, nodes, asked, np.ones(6))
+            assert float(found) == pytest.approx(total, rel=1e-9)
+            logs, groups = model.by_plan(values, nodes, asked, np.ones(6))
+            of_each = np.asarray(groups)[:, person]
+            without = np.logaddexp(*of_each) - np.logaddexp(*(of_each - np.asarray(logs)))
+            np.testing.assert_allclose(without, given_others, rtol=1e-9)
+            means = model.expected(values, nodes[0], asked)
+    places = [k / 100 for k in range(101)]
+    steps = np.linspace(-6, 6, 2001)
+    weights = np.exp(-(steps**2) / 2)
+    for question in (0, 1):
+        p = beliefs["a", question]
+        moved = ({**own, "bias": own["bias"] + misfit * z} for z in steps[::20])
+        plain = [sum(y * chance(y, p, o) for y in places) for o in moved]
+        expected = np.average(plain, weights=weights[::20])
+        assert float(means[question]) == pytest.approx(expected, abs=1e-4)
