@@ -23,6 +23,7 @@ import numpy as np
 from convert import convert
 
 from i2pdsl.computing import computing
+from i2pdsl.fit.audience import person
 from i2pdsl.fit.cues import cues
 from i2pdsl.fit.fit import Study, seen_under, study
 from i2pdsl.fit.judgements import read_judgements
@@ -30,12 +31,14 @@ from i2pdsl.fit.model import Asked, Cues, Model, Watching
 from i2pdsl.fit.report import agreement, plan_in_words
 from i2pdsl.fit.sampling import alike, modes
 from i2pdsl.fit.viewers import Answers
+from i2pdsl.language.people import Person, written
 
 QUESTION = "P(rho > 0 | script[:T])"
 NODES = [
     {"move": move, "stay": move / 5, "end": end, "gamma": 0.99, "beta": beta}
     for move, end, beta in product((-0.25, -0.5, -1.0), (5.0, 10.0), (2.0, 4.0))
 ]
+VIEWERS = 10  # of the file, about
 CUES = (
     "mean_t [idle(blue) @ script[t]]",
     "[distance(red, star) @ script[T]]",
@@ -92,7 +95,10 @@ def main() -> None:
     table = write_table(given.data, folder)
     with computing():
         people = study(read_judgements(table, 100.0), folder, 100.0)
-        report(people)
+        viewers = report(people)
+    told = "Viewers fitted to the judgements of Wu, Sridhar and Gerstenberg 2023."
+    (folder / "people.toml").write_text(written(viewers, {}, told))
+    print(f"the audience fitted to all: {folder / 'people.toml'}")
 
 
 def write_table(data: Path, folder: Path) -> Path:
@@ -107,7 +113,8 @@ def write_table(data: Path, folder: Path) -> Path:
     return path
 
 
-def report(people: Study) -> None:
+def report(people: Study) -> tuple[Person, ...]:
+    """Prints the tables; the audience that was fitted to all trials."""
     trials = len(people.labels)
     means = np.array(
         [people.asked.answer[people.asked.cell[:, 0] == trial].mean() for trial in range(trials)]
@@ -143,8 +150,16 @@ def report(people: Study) -> None:
     scales = {name: scale for name, scale in model.scales.items() if "[" not in name}
     bounded = {name: float(scale.bounded(values[name])) for name, scale in scales.items()}
     print({name: round(value, 3) for name, value in bounded.items()})
-    for node, share in zip(NODES, np.exp(model.log_shares(values)), strict=True):
+    shares = np.asarray(jax.numpy.exp(model.log_shares(values)))
+    for node, share in zip(NODES, shares, strict=True):
         print(f"{100 * share:5.1f} % {plan_in_words(node)}")
+    # Each viewer of a file stands for as many people.
+    counts = np.round(VIEWERS * shares).astype(int)
+    return tuple(
+        person(watching, values, node)
+        for node, count in zip(NODES, counts, strict=True)
+        for _ in range(count)
+    )
 
 
 if __name__ == "__main__":

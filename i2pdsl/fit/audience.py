@@ -39,13 +39,14 @@ def people(report: Report, viewers: int) -> tuple[Person, ...]:
             continue
         own = {n: values[n][group].mean() if n in differ else values[n] for n in watching.scales}
         settings = fitted.plans[int(np.bincount(plan[group]).argmax())]
-        found.append(_person(watching, own, dict(settings)))
+        found.append(person(watching, own, dict(settings)))
     return tuple(found)
 
 
-def _person(
+def person(
     watching: Watching, own: Mapping[str, np.ndarray], settings: Mapping[str, float]
 ) -> Person:
+    """The viewer with (unbounded) parameters, who thinks that characters plan in a certain way."""
     viewer = watching.viewer({name: jnp.asarray(value, float) for name, value in own.items()})
     prior = {
         latent.name: {
