@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from i2pdsl.study.answers import Answers
 
 DRAWS = 4000  # of the bootstrap
 FLIPS = 9999  # of a test: p is at least 1e-4
+FEW = 12  # pairs whose films are exchanged in all ways
 LEVEL = 0.95
 
 
@@ -145,8 +147,12 @@ def _permuted(generator: np.random.Generator, first: np.ndarray, second: np.ndar
 
 
 def flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
-    """p of a mean, the films of each pair being exchanged at random."""
-    signs = generator.choice([-1.0, 1.0], (FLIPS, len(deviations)))
+    """p of a mean whose parts may as well have the other sign (the films of a pair exchanged, what a
+    person answered to two methods): in all ways, if these are not many."""
+    if len(deviations) <= FEW:
+        signs = np.array(list(product([1.0, -1.0], repeat=len(deviations))))[1:]  # but for itself
+    else:
+        signs = generator.choice([-1.0, 1.0], (FLIPS, len(deviations)))
     return _p(deviations.mean(), (signs * deviations).mean(1))
 
 

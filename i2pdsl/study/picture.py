@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from i2pdsl.study.spec import Study
 
 COLORS = ("#8a8c99", "#0068b0", "#c65102", "#00664a", "#b07300", "#d9468f")  # of methods
 PEOPLE = "#1d1e24"
+LETTERS = 16  # of a line above a plot
 GAP = 0.16  # between the films of two methods, as a share of the width
 
 
@@ -34,7 +36,7 @@ def draw_shares(study: Study, shares: Sequence[Share], title: str, path: Path) -
     plots = figure.subplots(1, len(blocks), sharey=True, squeeze=False)[0]
     for axes, (name, own) in zip(plots, blocks.items(), strict=True):
         _draw_group(axes, own, colors)
-        axes.set_title(groups[name], fontsize=10)
+        axes.set_title(fill(groups[name], LETTERS), fontsize=9 if study.pairs else 10)
     plots[0].set_ylabel("the first is chosen" if study.pairs else "answers that match")
     plots[0].set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
     figure.suptitle(title, fontsize=11)
