@@ -147,8 +147,8 @@ def _permuted(generator: np.random.Generator, first: np.ndarray, second: np.ndar
 
 
 def flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
-    """p of a mean whose parts may as well have the other sign (the films of a pair exchanged, what a
-    person answered to two methods): in all ways, if these are not many."""
+    """p of a mean whose parts may as well have the other sign (the films of a pair exchanged, or
+    what a person answered to two methods): in all ways, if these are not many."""
     if len(deviations) <= FEW:
         signs = np.array(list(product([1.0, -1.0], repeat=len(deviations))))[1:]  # but for itself
     else:

@@ -33,7 +33,6 @@ from i2pdsl.study.spec import CHOICE, HIGH, PAIR, SECOND, Film, Item, Study
 
 LISTS = 240  # of which each participant is dealt one
 USUAL = 40  # films to a participant, at most
-PAGES = ("kit.js", "index.html")
 KEY = ("script", "condition", "method", "seed")
 ANSWERING = 8.0  # seconds that an answer takes, about
 
