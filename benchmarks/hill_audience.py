@@ -77,7 +77,7 @@ def log_odds(
     """log P(heavy) / P(light) after each frame, for one observer, [T]."""
     spec = HillSpec().with_settings({"weight": weight, "controller": executing})
     viewer = Viewer(spec.with_settings({"controller": imagined, "evidence": evidence}))
-    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).belief[1:, 0]
+    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).log_belief[1:, 0]
     return belief[:, 1] - belief[:, 0]
 
 
@@ -97,7 +97,7 @@ def tries(path: Trajectory, settings: dict[str, float | str], imagined: int) -> 
     """P(weight = 0.5 and will = eager) after each frame, for one observer, [T]."""
     spec = HillSpec().with_settings({**settings, "lazy": LAZY})
     viewer = Viewer(spec.with_settings({"controller": imagined}))
-    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).belief[1:, 0]
+    belief = replay(build_hill(spec, (viewer,)), path.states, path.actions).log_belief[1:, 0]
     return np.exp(belief[:, spec.hypotheses.index((0.5, "eager"))])
 
 

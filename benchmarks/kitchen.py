@@ -140,7 +140,7 @@ def numpy_search(world: Any, objective: Any, length: int, starts: Any) -> float:
                 if score > best:
                     best, chosen = score, (after, frame)
             assert chosen is not None
-            carry, state, belief = chosen[0], chosen[1].state, chosen[1].belief
+            carry, state, belief = chosen[0], chosen[1].state, chosen[1].log_belief
 
     return clock(lambda: [greedy(np.asarray(s)) for s in starts])
 

@@ -214,18 +214,23 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
     if not world.is_observed(np.asarray(action)):
         return [Reason(t, t, None, None, None, ())]
     words, assumed = world.vocabulary, np.array(script.assumption)
+    switching = world.switching(world.tables)
     forgetting, seen_by = world.forgetting(world.tables), slice(*script.audiences[0].viewers)
     branches = _branches(script, action)
     policies = _policies(script, t, branches)
     found = []
     for u, who in enumerate(words.characters):
-        belief, row, after = frames.expecting[t, u], frames.log_rows[t, u], frames.afterwards[t, u]
+        belief, row, after = (
+            frames.log_expecting[t, u],
+            frames.log_rows[t, u],
+            frames.log_afterwards[t, u],
+        )
         taken, policy = world.branch_actions(u)[branches[u]], policies[u]
         predicted = log_sum(belief + policy, assumed) - log_sum(belief, assumed)
         expected = np.exp(predicted[..., seen_by]).mean(-1)
         others = [a for a in range(len(policy)) if a != taken]
         second = max(others, key=lambda a: float(expected[a]))
-        changed = update(belief, policy[second], forgetting)
+        changed = update(belief, policy[second], forgetting, switching[u])
         effects = [
             _effect(question, belief[None], row[None], after, changed) for question in questions
         ]
@@ -257,9 +262,9 @@ def _policies(script: Script, t: int, branches: tuple[int, ...]) -> list[np.ndar
 def _motion(script: Script, questions: Sequence[Question], first: int, last: int) -> Reason:
     """What was seen in frames first..last, as one observation."""
     frames, span = script.frames, slice(first, last + 1)
-    shape = (-1, *frames.belief.shape[1:])
-    beliefs, rows = frames.expecting[span].reshape(shape), frames.log_rows[span].reshape(shape)
-    effects = [_effect(q, beliefs, rows, frames.belief[last]) for q in questions]
+    shape = (-1, *frames.log_belief.shape[1:])
+    beliefs, rows = frames.log_expecting[span].reshape(shape), frames.log_rows[span].reshape(shape)
+    effects = [_effect(q, beliefs, rows, frames.log_belief[last]) for q in questions]
     return Reason(first, last, None, None, None, tuple(effects))
 
 
@@ -329,7 +334,7 @@ def document(script: Script, frame: int | None = None) -> dict[str, Any]:
 def course(script: Script, question: Question) -> np.ndarray:
     """The probability of a question's event after each of the frames 0..T."""
     event, given = np.array(question.event), np.array(question.given)
-    return np.asarray(probability(question.of(script.frames.belief), event, given))
+    return np.asarray(probability(question.of(script.frames.log_belief), event, given))
 
 
 def _as_json(words: Vocabulary, reason: Reason) -> dict[str, Any]:

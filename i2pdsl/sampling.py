@@ -3,12 +3,14 @@
 A hypothesis is drawn from a viewer's prior. Everybody acts by the policy that this viewer expects
 of it, softmax(beta Q), and chance decides by the world's probabilities what succeeds. So these are
 draws from the audience's own model of films, and its beliefs about them are calibrated: of films
-for which viewers say p, a share of p is so.
+for which viewers say p, a share of p is so. Where viewers think that goals change (`switching`),
+they do.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -52,15 +54,22 @@ class Samples:
     """Scripts of characters who act under hypotheses, and what was drawn.
 
     Attributes:
-        hypotheses: the number of each script's hypothesis, [N].
+        courses: the number of each script's hypothesis before anything moves and after each frame,
+            [N, T + 1].
         observers: the number of the viewer whose expectations it follows, [N].
         assumption: what beliefs are conditioned on, a mask [H].
     """
 
     scripts: tuple[Script, ...]
-    hypotheses: np.ndarray
+    courses: np.ndarray
     observers: np.ndarray
     assumption: np.ndarray
+
+    @property
+    def hypotheses(self) -> np.ndarray:
+        """The number of each script's hypothesis at the end, [N]."""
+        last: np.ndarray = self.courses[:, -1]
+        return last
 
     @property
     def latents(self) -> tuple[str, ...]:
@@ -70,7 +79,7 @@ class Samples:
         return tuple(name for name in words.latents if len({row.get(name) for row in rows}) > 1)
 
     def drawn(self, latent: str) -> list[str]:
-        """The latent's value in each script, `unknown` where it plays no part."""
+        """The latent's value at the end of each script, `unknown` where it plays no part."""
         rows = self.scripts[0].world.vocabulary.hypotheses
         return [_named(rows[h].get(latent)) for h in self.hypotheses]
 
@@ -83,7 +92,7 @@ class Samples:
         order = tuple(n for n in (*map(show_value, values), UNKNOWN) if n in kept)
         groups = np.array([[name == value for value in order] for name in names], dtype=float)
         viewers = slice(*self.scripts[0].audiences[0].viewers)
-        last = np.stack([script.frames.belief[-1, viewers] for script in self.scripts])
+        last = np.stack([script.frames.log_belief[-1, viewers] for script in self.scripts])
         return order, marginal(last, groups, self.assumption).mean(1)
 
     def confusion(self, latent: str) -> Confusion:
@@ -154,37 +163,67 @@ def sample(
     hypotheses = _draw(priors[observers], generator.random(count))
     states = starts[generator.integers(len(starts), size=count)]
     luck = generator.random((count, story.length))
+    courses = _courses(world, story.length, observers, hypotheses, generator)
     scripts: list[Script] = []
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        path = _rollouts(world, states[some], observers[some], hypotheses[some], luck[some])
+        path = _rollouts(world, states[some], observers[some], courses[some], luck[some])
         frames = replay_all(world, path.states, path.actions)
-        for i, hypothesis in enumerate(hypotheses[some]):
-            about = _about(story, seed, words.hypotheses[hypothesis])
+        for i, course in enumerate(courses[some, :, 0]):
+            about = _about(story, seed, [words.hypotheses[number] for number in course])
             own = Trajectory(path.actions[i], path.states[i])
             seen = Frame(*(part[i] for part in frames))
             scripts.append(script_of(story, world, own, seen, about, None))
-    return Samples(tuple(scripts), hypotheses, observers - viewers[0], np.array(assumption))
+    whole = courses[:, :, 0]
+    return Samples(tuple(scripts), whole, observers - viewers[0], np.array(assumption))
+
+
+def _courses(
+    world: World,
+    length: int,
+    observers: np.ndarray,
+    hypotheses: np.ndarray,
+    generator: np.random.Generator,
+) -> np.ndarray:
+    """The hypothesis by which each action is chosen, [N, T + 1, U]: [:, t, u] of action u in frame
+    t + 1, and [:, T, 0] what holds at the end."""
+    switching = world.switching(world.tables)
+    found = np.empty((len(hypotheses), length + 1, len(switching)), dtype=int)
+    now = hypotheses
+    for t in range(length + 1):
+        for u, changes in enumerate(switching):
+            found[:, t, u] = now
+            if changes is None:
+                continue
+            goes, which = generator.random((2, len(now)))
+            group = changes.group == changes.group[now][:, None]
+            weights = np.where(group, np.exp(changes.log_prior[observers]), 0.0)
+            now = np.where(goes < changes.share[observers], _draw(weights, which), now)
+    return found
 
 
 def _rollouts(
     world: World,
     states: np.ndarray,
     observers: np.ndarray,
-    hypotheses: np.ndarray,
+    courses: np.ndarray,
     luck: np.ndarray,
 ) -> Trajectory:
     """Rollouts side by side: actions [N, T] and states [N, T + 1].
 
     Args:
-        states, observers, hypotheses: of each, [N].
+        states, observers: of each, [N].
+        courses: see `_courses`.
         luck: uniform numbers that decide what is done and what succeeds, [N, T].
     """
     each = np.arange(len(states))
     path, actions = [states], []
     for t in range(luck.shape[1]):
         ahead = world.turns(world.tables, path[-1])
-        log = sum(np.asarray(row)[each, :, :, observers, hypotheses] for row in ahead.log_rows)
+        log = sum(
+            np.asarray(row)[each, :, :, observers, courses[:, t, u]]
+            for u, row in enumerate(ahead.log_rows)
+        )
         chance = np.asarray(ahead.chance) * ahead.valid  # [N, K]
         weights = np.exp(log).reshape(len(states), -1) * chance
         actions.append(_draw(weights, luck[:, t]))
@@ -198,11 +237,16 @@ def _draw(weights: np.ndarray, luck: np.ndarray) -> np.ndarray:
     return (luck[:, None] * sums[:, -1:] >= sums).sum(-1)
 
 
-def _about(story: TypedStory, seed: int, hypothesis: dict[str, Any]) -> dict[str, Any]:
-    """What a script's file says of where it came from."""
+def _about(story: TypedStory, seed: int, course: list[dict[str, Any]]) -> dict[str, Any]:
+    """What a script's file says of where it came from; `course` is what holds after each frame."""
     source = story.source
     about = {"name": story.name, "file": source.name, "source": source.text, "seed": seed}
-    return {**about, "drawn": hypothesis}
+    changes = [
+        {"frame": t, "drawn": after}
+        for t, (before, after) in enumerate(pairwise(course), 1)
+        if after != before
+    ]
+    return {**about, "drawn": course[0], **({"changes": changes} if changes else {})}
 
 
 def _named(value: Any) -> str:

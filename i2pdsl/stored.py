@@ -20,7 +20,7 @@ from i2pdsl.errors import (
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedStory, check_source, default_assumption
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import USUAL, Audience
+from i2pdsl.language.story import Audience, usual_audience
 from i2pdsl.untrusted import is_plain_name, plain_name
 from i2pdsl.worlds.drawings import within
 from i2pdsl.worlds.find import find_spec, vocabulary_of
@@ -62,7 +62,7 @@ class Stored:
 
     @property
     def audiences(self) -> tuple[Audience, ...]:
-        return self.story.audiences if self.story else (USUAL,)
+        return self.story.audiences if self.story else (usual_audience(vocabulary_of(self.spec)),)
 
     @cached_property
     def rules(self) -> World:

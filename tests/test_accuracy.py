@@ -48,7 +48,7 @@ def test_beliefs_and_values_are_right(name: str, changes: dict[str, str]) -> Non
         path = pair.random_script(random, 15)
         one = replay(ours, path.states, path.actions)
         other = replay(truth, path.states, path.actions)
-        belief, right = np.exp(one.belief), np.exp(other.belief)
+        belief, right = np.exp(one.log_belief), np.exp(other.log_belief)
         assert np.abs(belief - right).max() <= 1e-4
         for who in range(len(spec.characters)):
             values = [

@@ -67,7 +67,7 @@ def test_beliefs_agree(hypotheses: str) -> None:
         expected = pair.reference.beliefs(pair.document(path))
         for t, belief in enumerate(expected):
             row = [belief[i] for i in order]
-            np.testing.assert_allclose(np.exp(frames.belief[t, 0]), row, atol=1e-9)
+            np.testing.assert_allclose(np.exp(frames.log_belief[t, 0]), row, atol=1e-9)
 
 
 def fold_score(pair: Pair, text: str, frames: Frame) -> float:
@@ -82,7 +82,7 @@ def fold_score(pair: Pair, text: str, frames: Frame) -> float:
         frame = observe(
             world, tables, np.asarray(t), frames.before[t], np.asarray(frames.action[t]), belief
         )
-        belief = frame.belief
+        belief = frame.log_belief
         carry = objective.step(tables, params, carry, frame)
     return float(objective.score(tables, params, carry, frame))
 

@@ -159,7 +159,7 @@ def test_a_fold_and_a_replay_agree() -> None:
         number = np.int64(t)
         frame = observe(world, tables, number, frames.before[t], frames.action[t], belief)
         with np.errstate(invalid="ignore"):  # of what is impossible, which counts for nothing
-            carry, belief = compiled.step(tables, params, carry, frame), frame.belief
+            carry, belief = compiled.step(tables, params, carry, frame), frame.log_belief
     with np.errstate(invalid="ignore"):
         expected = score_script(story, world, frames)
         assert float(compiled.score(tables, params, carry, frame)) == pytest.approx(expected)

@@ -134,7 +134,7 @@ def test_beliefs_and_scores_agree(name: str) -> None:
         expected = pair.reference.beliefs(document)
         for t, belief in enumerate(expected):
             row = [belief[i] for i in order]
-            np.testing.assert_allclose(np.exp(frames.belief[t, 0]), row, atol=1e-8)
+            np.testing.assert_allclose(np.exp(frames.log_belief[t, 0]), row, atol=1e-8)
         score = score_script(story, pair.world, frames)
         assert score == pytest.approx(goal(pair.reference, document), abs=1e-6)
 
@@ -194,7 +194,7 @@ def test_mirroring_the_map_changes_no_belief() -> None:
     turned = KIND.read(other.world, record)
     ours = replay(pair.world, path.states, path.actions)
     theirs = replay(other.world, turned.states, turned.actions)
-    np.testing.assert_allclose(np.exp(ours.belief), np.exp(theirs.belief), atol=1e-8)
+    np.testing.assert_allclose(np.exp(ours.log_belief), np.exp(theirs.log_belief), atol=1e-8)
 
 
 def test_a_world_that_does_not_fit_is_refused_before_work_starts() -> None:

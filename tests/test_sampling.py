@@ -22,7 +22,7 @@ from i2pdsl.questions import query
 from i2pdsl.sampling import Samples, sample
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.ready import viewers_of
-from i2pdsl.worlds.world import log_priors
+from i2pdsl.worlds.world import log_priors, switching_of
 from worlds_for_tests import Pair, small_kitchen, with_small_world
 
 ROWS = ("P.", ".G", "..")
@@ -49,8 +49,10 @@ def with_viewers(story: TypedStory) -> GridWorld:
     viewers = viewers_of(world.spec, story.observers)
     columns = tuple(np.repeat(each, len(viewers), axis=0) for each in world.tables.columns)
     forgetting = np.array([viewer.spec.settings.forgetting for viewer in viewers])
-    told = {"columns": columns, "forgetting": forgetting, "log_prior": log_priors(viewers, 34)}
-    return replace(world, tables=world.tables._replace(**told))
+    prior = log_priors(viewers, world.vocabulary)
+    told = {"columns": columns, "forgetting": forgetting, "log_prior": prior}
+    switching = switching_of(viewers, world.vocabulary, prior)
+    return replace(world, tables=world.tables._replace(**told, switching=switching))
 
 
 def near(share: float, p: float, count: int) -> bool:
@@ -85,8 +87,8 @@ def test_actions_come_as_often_as_the_policy_says(given: str) -> None:
 
 
 @cache
-def many() -> Samples:
-    return drawn(TEXT, 2000, seed=1)
+def many(audience: str = "") -> Samples:
+    return drawn(TEXT + audience, 2000, seed=1)
 
 
 def test_hypotheses_come_as_often_as_the_prior_says() -> None:
@@ -99,19 +101,53 @@ def test_hypotheses_come_as_often_as_the_prior_says() -> None:
     assert len(set(everyone.hypotheses.tolist())) == 34
 
 
-@pytest.mark.parametrize("event", ["rho > 0", "G_cheese = pink", "G_robot = none"])
-def test_beliefs_are_calibrated(event: str) -> None:
-    """Of films for which viewers say p, a share of p is so."""
-    found = many()
-    said = query(found.scripts, f"P({event} | script[:T])").value
+CHANGING = "audience bayesian(switching = 0.2, forgetting = 0, prior = if rho > 0 then 2 else 1)"
+
+
+@pytest.mark.parametrize(
+    ("event", "audience", "frame"),
+    [
+        ("rho > 0", "", 5),
+        ("G_cheese = pink", "", 5),
+        ("G_robot = none", "", 5),
+        ("G_cheese = pink", CHANGING, 5),
+        ("G_robot = none", CHANGING, 2),
+        ("rho > 0", CHANGING, 2),
+    ],
+)
+def test_beliefs_are_calibrated(event: str, audience: str, frame: int) -> None:
+    """Of films for which viewers say p, a share of p is so; also in hindsight."""
+    found = many(audience)
+    said = query(found.scripts, f"P({event} @ script[{frame}] | script[:T])").value
     latent, _, value = event.split()
-    rows = [pair().vocabulary.hypotheses[h][latent] for h in found.hypotheses]
+    rows = [pair().vocabulary.hypotheses[h][latent] for h in found.courses[:, frame]]
     is_so = np.array([r > 0 if event == "rho > 0" else r == value for r in rows])
     for low in np.arange(0, 1, 0.2):
         some = (said >= low) & (said <= low + 0.2)
         spread = math.sqrt((said[some] * (1 - said[some])).sum())
         assert abs((said[some] - is_so[some]).sum()) <= 4.5 * spread + 0.5, low
     assert said.std() > 0.1  # they learn something
+
+
+def test_goals_change_as_often_as_viewers_think() -> None:
+    """In a frame each goal is drawn anew with probability .2, of two or three given all else."""
+    found, rows = many(CHANGING), pair().vocabulary.hypotheses
+    before, after = (found.courses[:, part].ravel() for part in (slice(0, -1), slice(1, None)))
+    pairs = [(rows[a], rows[b]) for a, b in zip(before, after, strict=True)]
+    others = ("rho", "R_cheese", "R_robot")
+    assert all(a[x] == b[x] for a, b in pairs for x in others)
+    cheese = [a["G_cheese"] != b["G_cheese"] for a, b in pairs]
+    assert near(sum(cheese) / len(cheese), 0.2 / 2, len(cheese))
+    for rho, options in ((0, 2), (3, 3)):  # an indifferent robot wants something
+        robot = [a["G_robot"] != b["G_robot"] for a, b in pairs if a["rho"] == rho]
+        assert near(sum(robot) / len(robot), 0.2 * (options - 1) / options, len(robot))
+    story = found.scripts[0].record.story
+    changes = {change["frame"]: change["drawn"] for change in story.get("changes", ())}
+    course, now = [], story["drawn"]
+    for t in range(6):
+        now = changes.get(t, now)
+        course.append(now)
+    assert course == [rows[h] for h in found.courses[0]]
 
 
 def test_viewers_who_know_something_draw_what_they_know() -> None:

@@ -1,8 +1,13 @@
-"""The audience's belief, in logs: Bayes' rule, normalisation, forgetting (paper, section 2)."""
+"""The audience's belief, in logs: Bayes' rule, normalisation, forgetting (paper, section 2), and
+goals that change.
+
+What viewers hold hidden is a Markov chain: after each observed action they lose track of it a
+little (forgetting), and whoever acted may want something else from then on (switching).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 Array = Any
 
@@ -21,27 +26,113 @@ def log_sum(log_values: Array, mask: Array | None = None) -> Array:
     return xp.where(total > 0, xp.log(xp.where(total > 0, total, 1.0)), -xp.inf) + top[..., 0]
 
 
-def update(log_belief: Array, log_likelihood: Array, forgetting: Array) -> Array:
-    """One observed action: P(H | a) ~ P(a | H) P(H), then p <- p (1 - e) + (1 - p) e / (N - 1).
+class Switching(NamedTuple):
+    """That a character may want something else after its action: with probability g the goal is
+    drawn anew from the prior, given all else, so it may be the same again (model M2 of Baker, Saxe
+    and Tenenbaum 2009, DOI 10.1016/j.cognition.2009.07.005).
+
+    Attributes:
+        share: g of each observer, [O].
+        members: the hypotheses of each group that differ in this goal alone, [R, M]; H where a
+            group has fewer.
+        group: the group of each hypothesis, [H].
+        log_prior: log P(H | its group), [O, H].
+    """
+
+    share: Array
+    members: Array
+    group: Array
+    log_prior: Array
+
+    def given(self, log_prior: Array) -> Switching:
+        """The same of viewers with such a prior, [O, H]."""
+        of_group = _of_groups(log_prior, self)
+        xp = log_prior.__array_namespace__()
+        possible = of_group > -xp.inf
+        shares = xp.where(possible, log_prior - xp.where(possible, of_group, 0.0), -xp.inf)
+        return self._replace(log_prior=shares)
+
+    def of(self, viewers: slice) -> Switching:
+        """The same of some of the observers."""
+        return self._replace(share=self.share[viewers], log_prior=self.log_prior[viewers])
+
+
+def update(
+    log_belief: Array,
+    log_likelihood: Array,
+    forgetting: Array,
+    switching: Switching | None = None,
+) -> Array:
+    """One observed action: P(H | a) ~ P(a | H) P(H), and what is left of it when the next one
+    comes.
 
     Args:
         log_belief: log P(H), [..., O, H], normalised over H.
         log_likelihood: log P(a | H), broadcastable to it.
         forgetting: e for each observer, [O]; or [O, H], where some know more than others: e under
             the hypotheses that an observer thinks possible, among which he forgets, else 0.
+        switching: of who acted; None if nobody's goal changes.
     """
-    xp = log_belief.__array_namespace__()
     joint = log_belief + log_likelihood
-    log_posterior = joint - log_sum(joint)[..., None]
-    each = forgetting[:, None] if forgetting.ndim == 1 else forgetting
-    count: Any = log_belief.shape[-1]
-    if forgetting.ndim == 2:
-        count = (forgetting > 0).sum(-1, keepdims=True)
-        each, count = xp.where(count > 1, each, 0.0), xp.maximum(count, 2)
-    elif count == 1:
-        return log_posterior
-    share = each / (count - 1)
-    mixed = share + (1 - each - share) * xp.exp(log_posterior)
-    # Without forgetting the logs are kept exactly: exp would lose what is far below the rest.
+    return later(joint - log_sum(joint)[..., None], forgetting, switching)
+
+
+def later(log_belief: Array, forgetting: Array, switching: Switching | None = None) -> Array:
+    """The belief after one step of the hidden chain: first p <- p (1 - e) + (1 - p) e / (N - 1),
+    then p <- (1 - g) p + g P(H | its group) P(its group)."""
+    xp = log_belief.__array_namespace__()
+    spread = _spread(xp, forgetting, log_belief.shape[-1])
+    if spread is not None:
+        each, share = spread
+        mixed = share + (1 - each - share) * xp.exp(log_belief)
+        # Without forgetting the logs are kept exactly: exp would lose what is far below the rest.
+        positive = each > 0
+        log_belief = xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)), log_belief)
+    if switching is None:
+        return log_belief
+    drawn = switching.log_prior + _of_groups(log_belief, switching)
+    return _mixed(xp, switching.share, log_belief, drawn)
+
+
+def earlier(log_message: Array, forgetting: Array, switching: Switching | None = None) -> Array:
+    """The transpose of `later`: log of the mean, over where a hypothesis goes in one step of the
+    chain, of exp(message), [..., O, H]. What comes after tells of what was before."""
+    xp = log_message.__array_namespace__()
+    if switching is not None:
+        drawn = _of_groups(log_message + switching.log_prior, switching)
+        log_message = _mixed(xp, switching.share, log_message, drawn)
+    spread = _spread(xp, forgetting, log_message.shape[-1])
+    if spread is None:
+        return log_message
+    each, share = spread
+    top = xp.max(log_message, axis=-1, keepdims=True)
+    likely = xp.exp(log_message - top)
+    mixed = (1 - each - share) * likely + (share * likely).sum(-1, keepdims=True)
     positive = each > 0
-    return xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)), log_posterior)
+    return xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)) + top, log_message)
+
+
+def _spread(xp: Any, forgetting: Array, hypotheses: int) -> tuple[Array, Array] | None:
+    """e, and e / (N - 1), of each observer [O, 1], or under each hypothesis [O, H]; None where
+    there is nothing else to believe."""
+    if forgetting.ndim == 1:
+        each = forgetting[:, None]
+        return None if hypotheses == 1 else (each, each / (hypotheses - 1))
+    count = (forgetting > 0).sum(-1, keepdims=True)
+    each = xp.where(count > 1, forgetting, 0.0)
+    return each, each / (xp.maximum(count, 2) - 1)
+
+
+def _of_groups(log_values: Array, switching: Switching) -> Array:
+    """log of the sum of exp over the group of each hypothesis, [..., O, H]."""
+    xp = log_values.__array_namespace__()
+    none = xp.full_like(log_values[..., :1], -xp.inf)
+    padded = xp.concatenate([log_values, none], axis=-1)
+    return log_sum(padded[..., switching.members])[..., switching.group]
+
+
+def _mixed(xp: Any, share: Array, stays: Array, drawn: Array) -> Array:
+    """log((1 - g) exp(stays) + g exp(drawn)), of each observer."""
+    g = share[:, None]
+    log = lambda x: xp.where(x > 0, xp.log(xp.where(x > 0, x, 1.0)), -xp.inf)
+    return xp.where(g > 0, xp.logaddexp(log(1 - g) + stays, log(g) + drawn), stays)

@@ -6,9 +6,10 @@ functions never see a mask that no hypothesis fulfils (the checker refuses it).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from i2pdsl.audience.filter import log_sum, update
+from i2pdsl.audience.filter import Switching, log_sum, update
 
 Array = Any
 
@@ -100,6 +101,7 @@ def suspense(
     groups: Array,
     mask: Array,
     forgetting: Array,
+    switching: Sequence[Switching | None],
 ) -> Array:
     """The variance of the belief about a latent after the next frame, summed over its values.
 
@@ -111,9 +113,10 @@ def suspense(
         log_belief: [..., O, H].
         log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, O, H].
         chance, valid: [..., n_1 * n_2].
+        forgetting, switching: of each observer, and of each who acts; see filter.py.
         groups: one-hot [H, V].
     """
-    weight, belief = _ahead(log_belief, log_rows, chance, valid, mask, forgetting)
+    weight, belief = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
     shares = marginal(belief, groups, mask)  # [..., n_1, n_2, O, V]
     mean = (weight[..., None] * shares).sum((-4, -3))
     spread = (shares - mean[..., None, None, :, :]) ** 2
@@ -129,17 +132,18 @@ def prediction(
     actions: tuple[int, ...],
     mask: Array,
     forgetting: Array,
+    switching: Sequence[Switching | None],
 ) -> Array:
     """The probability of each next action of a character, as the audience predicts it: the
     mixture of the policies under all hypotheses, and over what those do who act before. [..., A].
 
     Args:
-        log_belief, log_rows, chance, valid: as for `suspense`.
+        log_belief, log_rows, chance, valid, forgetting, switching: as for `suspense`.
         who: 0 or 1, in the order of acting.
         actions: the action of each of the n_who branches.
     """
     xp = _namespace(log_belief)
-    weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting)
+    weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
     own = weight.sum(-3 if who else -2).mean(-1)  # [..., n_who]
     kinds = max(actions) + 1
     return own @ ((xp.asarray(actions)[:, None] == xp.arange(kinds)) * 1.0)
@@ -152,15 +156,16 @@ def _ahead(
     valid: Array,
     mask: Array,
     forgetting: Array,
+    switching: Sequence[Switching | None],
 ) -> tuple[Array, Array]:
     """The probability of each next frame as the audience predicts it, [..., n_1, n_2, O], and the
     belief after it, [..., n_1, n_2, O, H]."""
     xp = _namespace(log_belief)
     belief = log_belief[..., None, None, :, :]
     log_weight: Any = 0.0
-    for row in log_rows:
+    for row, changes in zip(log_rows, switching, strict=True):
         predicted = log_sum(belief + row, mask) - log_sum(belief, mask)
         log_weight = log_weight + predicted
-        belief = update(belief, row, forgetting)
+        belief = update(belief, row, forgetting, changes)
     outcome = (chance * valid).reshape(belief.shape[:-2])
     return xp.exp(log_weight) * outcome[..., None], belief

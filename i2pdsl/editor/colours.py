@@ -44,6 +44,7 @@ TERMINALS = {
 WORLD_KINDS = {
     **dict.fromkeys(("LPAR", "RPAR", "LSQB", "RSQB", "LBRACE", "RBRACE"), "bracket"),
     "COMMA": "sign",
+    "COLON": "sign",
     "EQ": "operator",
     "MINUS": "operator",
     "NAME": "name",

@@ -26,8 +26,8 @@ class Enclosure:
 
     Attributes:
         kind: statement, expression, group, call, parameters, settings, index, holds (a predicate
-            of a frame), turn, set, range, whose (the audience of a form), or the word of a form:
-            P, E, V, KL...
+            of a frame), turn, set, range, whose (the audience of a form), prior (of a latent), or
+            the word of a form: P, E, V, KL...
         name: what is called; the keyword of a statement, or of the statement that has settings.
         separator: the terminal that began the part at hand, '' in the first.
         part: the tokens of the part at hand; closed brackets stand in it as their last token.
@@ -96,6 +96,8 @@ def enclosures(tokens: Iterable[Token], expression: bool) -> list[Enclosure]:
             closed = stack.pop()
             kind = "BIG_RANGE" if closed.kind == "range" else token.type
             end = Token(kind, str(token), token.start_pos)
+            if closed.kind == "prior":  # its latent is wanted behind it
+                stack[-1].part.extend(closed.part[-1:])
             stack[-1].part.append(end)
             stack[-1].given.append(end)
             if closed.kind == "group":
@@ -146,13 +148,17 @@ def _opened(token: Token, stack: list[Enclosure]) -> Enclosure:
         return Enclosure("settings", f"{_SETTINGS[keyword]} {name}")
     if last == "NAME":
         if top.kind == "settings" and top.name.startswith("audience"):
+            if before == "prior":
+                return Enclosure("prior")
             return Enclosure("settings", f"audience {before}")
         return Enclosure("call", str(before))
     return Enclosure("group")
 
 
 def _compared(part: list[Token]) -> str:
-    """The name before `in`, or before the `=` of a setting."""
+    """The name before `in`, or before the `=` of a setting; the latent of `prior(latent) =`."""
+    if [t.type for t in part[-3:]] == ["NAME", "RPAR", "EQ"] and part[0] == "prior":
+        return str(part[-3])
     if len(part) >= 2 and part[-1].type in ("IN_KW", "EQ") and part[-2].type in ("NAME", "NAMED"):
         return str(part[-2])
     return ""

@@ -10,6 +10,7 @@ from i2pdsl.editor.slots import Place, Slot
 from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.scope import Definition
+from i2pdsl.language.shares import OTHERS
 from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
 
 # What the slots hold, from the world's own words to those of all stories.
@@ -40,6 +41,7 @@ _SORTS = {
     "script or event": ("script", "event", "latent"),
     "value": (),
     "values": (),
+    "share": (),
     "predicate": ("predicate",),
     "state": ("predicate",),
     "character": ("character",),
@@ -176,6 +178,8 @@ def _of_world(place: Place, slot: Slot, world: Vocabulary) -> Iterator[Offer]:
     kind = slot.kind
     if kind == "value" and slot.name in world.latents:
         yield from _values(world.latents[slot.name], place)
+    if kind == "share" and slot.name in world.latents:
+        yield from _shared(world.latents[slot.name], place)
     if kind in ("values", "quantity or value"):
         symbols = {
             str(v): x for x in world.latents.values() if x.kind == "symbol" for v in x.values
@@ -221,6 +225,16 @@ def latent_offer(latent: Latent) -> Offer:
     """Something hidden."""
     domain = "true or false" if latent.kind == "truth" else f"in {{{latent.domain}}}"
     return Offer(latent.name, "latent", f"{latent.name} {domain}", latent.documentation)
+
+
+def _shared(latent: Latent, place: Place) -> Iterator[Offer]:
+    """The values of a latent that `prior(latent) = {...}` has not weighed yet, and the rest."""
+    parts = place.stack[-1].parts  # values and their weights in turn
+    given = {"".join(map(str, part)) for part in parts[::2]}
+    for value in (show_value(v) for v in latent.values):
+        if value not in given:
+            yield Offer(value, "value", f"{latent.name} = {value}", latent.documentation)
+    yield Offer(OTHERS, "value", f"{OTHERS}: WEIGHT", "the weight of all other values together")
 
 
 def _values(latent: Latent, place: Place) -> Iterator[Offer]:

@@ -64,11 +64,12 @@ class Slot:
 
     Attributes:
         kind: any, number, constant, event, quantity, condition (of frames and numbers), latent,
-            script, latent or script, script or event, value (of the latent `name`), values (of
-            any), quantity or value, index, predicate, state (a predicate of the start), character,
-            object, thing (either), place, spot (any of them), cell, point, actor, action, dropped
-            (by the event `name`), world, library, audience (a kind of them), whose (an audience
-            with a name), search, setting (of the owner `name`),
+            script, latent or script, script or event, value (of the latent `name`), share (a value
+            of it that gets a weight), values (of any), quantity or value, index, predicate, state
+            (a predicate of the start), character, object, thing (either), place, spot (any of
+            them), cell, point, actor, action, dropped (by the event `name`), world, library,
+            audience (a kind of them), whose (an audience with a name), search, setting (of the
+            owner `name`),
             setting value (`owner name`), occurrence, assumption, new (a name that is being given)
             or nothing.
         parameters: the parameters of a pattern that can be named here, and `slot` is then that of
@@ -174,13 +175,15 @@ class Place:
                 return Slot("index" if enclosure.separator or enclosure.part else "nothing")
             case "holds":
                 return Slot("script" if enclosure.separator == "AT" else "predicate")
+            case "prior":
+                return Slot("nothing" if enclosure.part else "latent")
             case "whose":
                 return Slot("nothing" if enclosure.part else "whose")
             case "turn":
                 return self._of_turn(enclosure)
             case "set":
                 return self._of_set(enclosure)
-        if enclosure.separator in ("BAR", "SEMI", "DBAR"):
+        if enclosure.separator in ("BAR", "SEMI", "DBAR", "AT"):
             return Slot("script")
         if enclosure.separator == "COMMA":
             # `entropy(script[:t], ...)` has no bar.
@@ -281,7 +284,8 @@ class Place:
 
     def _of_set(self, enclosure: Enclosure) -> Slot:
         if self.stack[-2].kind == "settings":
-            return Slot("nothing")
+            is_share = self.stack[-2].part[0] == "prior" and enclosure.separator != "COLON"
+            return Slot("share" if is_share and not enclosure.part else "nothing", enclosure.name)
         return Slot("value", enclosure.name)
 
     # Turns.

@@ -308,6 +308,7 @@ def fit(
         those, what = seen_under(study, plan, watch)
         watched.append(those)
         seen.append(what)
+    seen = _with_one_chain(seen)
     first = watched[0]
     answers = Answers(first, study.questions)
     log_prior = first[0].world.log_prior(first[0].world.tables)[0]
@@ -324,6 +325,14 @@ def fit(
         model = replace(model, plans=len(plans))
     found = draw(model, nodes, study.asked, chains, warmup, draws, seed, report)
     return Fitted(study, model, tuple(plans), nodes, found)
+
+
+def _with_one_chain(seen: list[Any]) -> list[Any]:
+    """What is seen under several plans, if some of them have goals that change: under the others
+    they never do."""
+    some = next((each.switching for each in seen if each.switching), ())
+    never = tuple(each._replace(share=0 * each.share) for each in some)
+    return [each._replace(switching=each.switching or never) for each in seen]
 
 
 def fit_cues(

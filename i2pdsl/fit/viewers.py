@@ -15,10 +15,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from i2pdsl.audience.filter import update
+from i2pdsl.audience.filter import Switching, update
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.compile import Compiler, Params, evaluate_all, reduce_over_history
 from i2pdsl.objective.frame import Frame, View
+from i2pdsl.objective.hindsight import Chain
 from i2pdsl.objective.replay import histories
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
@@ -69,16 +70,24 @@ class Seen(NamedTuple):
             not one of so many [S, T, U, 1, H], log P of it.
         taken: which of them it was, [S, T, U].
         observed: whether viewers learn anything from it, [S, T].
+        switching: how the goal of who is observed changes; empty if none does.
     """
 
     choices: Array
     taken: Array
     observed: Array
+    switching: tuple[Switching, ...] = ()
+
+    def chain(self, viewer: Viewer) -> Chain:
+        """What becomes of a hypothesis after each observation, in a viewer's mind."""
+        prior, count = viewer.log_prior[None], self.taken.shape[2]
+        changes = tuple(each.given(prior) for each in self.switching) or (None,) * count
+        return Chain(jnp.reshape(viewer.forgetting, (1,)), changes)
 
 
 def what_is_seen(watched: Sequence[Watched]) -> Seen:
     """The evidence of scripts that have the same observations and hypotheses, in doubles."""
-    longest = max(1, *(len(each.path.actions) for each in watched))
+    longest, first = max(1, *(len(each.path.actions) for each in watched)), watched[0].world
     found = []
     for each in watched:
         world, path = each.world, each.path
@@ -99,6 +108,7 @@ def what_is_seen(watched: Sequence[Watched]) -> Seen:
         np.stack([_padded(each, 0, longest, _NONE) for each in choices]),
         np.stack([_padded(taken, 0, longest, 0) for _, taken, _ in found]),
         np.stack([_padded(observed, 0, longest, False) for _, _, observed in found]),
+        tuple(each for each in first.switching(first.tables) if each is not None),
     )
 
 
@@ -126,7 +136,7 @@ class History(NamedTuple):
     each observation, [S, T, U, H], the belief before it, its log-likelihood, and that of the most
     likely one."""
 
-    belief: Array
+    log_belief: Array
     before: Array
     rows: Array
     best: Array
@@ -135,7 +145,7 @@ class History(NamedTuple):
 def watch(seen: Seen, viewer: Viewer) -> History:
     """What a viewer believes, frame by frame (audience/filter.py)."""
     rows, best = log_likelihoods(seen, viewer.sharpness)
-    forgetting = jnp.reshape(viewer.forgetting, (1,))
+    chain = seen.chain(viewer)
     count, observations = rows.shape[0], rows.shape[2]
     prior = jnp.broadcast_to(viewer.log_prior, (count, 1, rows.shape[-1]))
 
@@ -144,7 +154,7 @@ def watch(seen: Seen, viewer: Viewer) -> History:
         before = []
         for u in range(observations):
             before.append(belief[:, 0])
-            after = update(belief, row[:, u, None], forgetting)
+            after = update(belief, row[:, u, None], chain.forgetting, chain.switching[u])
             belief = jnp.where(observed[:, None, None], after, belief)
         return belief, (belief[:, 0], jnp.stack(before, axis=1))
 
@@ -190,9 +200,16 @@ class Answers:
             found = found.at[np.array(numbers)].set(self._answered_together(history, numbers))
         scripts = {self.questions[number].script for number in self.alone}
         frames = {script: self._frames(history, script) for script in scripts}
+        answered: dict[Hashable, Array] = {}  # at all frames: a program for each would be slow
         for number in self.alone:
             question = self.questions[number]
-            found = found.at[number].set(self._answered(question, frames[question.script]))
+            key = (question.script, question.value, question.times)
+            if key not in answered:
+                answered[key] = self._answered(
+                    question, frames[question.script], seen.chain(viewer)
+                )
+            place = 0 if question.times is None else question.frame - question.times.start
+            found = found.at[number].set(answered[key][place])
         return found
 
     def _answered_together(self, history: History, numbers: list[int]) -> Array:
@@ -210,9 +227,9 @@ class Answers:
             before=jnp.asarray(np.stack([s[t] for s, t in zip(states, last, strict=True)])),
             action=jnp.zeros(len(at), int),  # nobody who is evaluated together asks for it
             state=jnp.asarray(np.stack([s[t] for s, t in zip(states, at, strict=True)])),
-            previous=history.belief[scripts, last][:, None],
-            belief=history.belief[scripts, at][:, None],
-            expecting=seen(history.before),
+            log_previous=history.log_belief[scripts, last][:, None],
+            log_belief=history.log_belief[scripts, at][:, None],
+            log_expecting=seen(history.before),
             log_rows=seen(history.rows),
             regrets=seen(history.best - history.rows),
         )
@@ -225,7 +242,7 @@ class Answers:
         """A script's frames as a viewer sees them, with one observer."""
         world, path = self.watched[number].world, self.watched[number].path
         length = len(path.actions)
-        belief = history.belief[number, : length + 1, None]
+        belief = history.log_belief[number, : length + 1, None]
         # Nothing is observed in frame 0; what would be has its shape.
         none = jnp.zeros((1, *history.rows.shape[2:]))
         seen = lambda part: jnp.concatenate([none, part[number, :length]])[:, :, None]
@@ -235,25 +252,24 @@ class Answers:
             before=jnp.concatenate([states[:1], states[:-1]]),
             action=jnp.concatenate([world.no_action(states[:1]), jnp.asarray(path.actions)]),
             state=states,
-            previous=jnp.concatenate([belief[:1], belief[:-1]]),
-            belief=belief,
-            expecting=seen(history.before),
+            log_previous=jnp.concatenate([belief[:1], belief[:-1]]),
+            log_belief=belief,
+            log_expecting=seen(history.before),
             log_rows=seen(history.rows),
             regrets=seen(history.best - history.rows),
         )
 
-    def _answered(self, question: Question, frames: Frame) -> Array:
+    def _answered(self, question: Question, frames: Frame, chain: Chain) -> Array:
+        """The answer at all frames that the question covers, or one if it has no free t."""
         world = self.watched[question.script].world
         compiler = Compiler(world, len(frames.state) - 1)
         compiler.on_reduction = reduce_over_history(compiler)
         closure = compiler.build(question.value)
         tables = self.tables[question.script]
         turns = histories(world, tables, frames, question.value)
-        value = jnp.asarray(evaluate_all(compiler, closure, tables, turns, question.times), float)
-        if question.times is None or value.ndim == 0:
-            return value.reshape(())
-        every = jnp.broadcast_to(value, (len(question.times),))
-        return every[question.frame - question.times.start]
+        found = evaluate_all(compiler, closure, tables, turns, question.times, chain=chain)
+        shape = (1 if question.times is None else len(question.times),)
+        return jnp.broadcast_to(jnp.asarray(found, float), shape)
 
 
 _OF_A_FRAME = (
@@ -270,6 +286,8 @@ def _only_frame(question: Question) -> int | None:
         return None
     if any(moment.turns or moment.seen is not None for moment in moments):
         return None
+    if any(isinstance(node, ty.Belief) and node.moment is not None for node in nodes):
+        return None  # hindsight needs the frames between the two
     if all(moment.offset == 0 for moment in moments):
         return question.frame
     fixed = {moment.frames[0] for moment in moments if moment.first is None}
@@ -288,4 +306,4 @@ class _FrameScope:
         self.t = self.count = frame.number
 
     def view(self, moment: ty.Moment) -> View:
-        return View(self.frame.belief, self.frame.state, self.frame)
+        return View(self.frame.log_belief, self.frame.state, self.frame)

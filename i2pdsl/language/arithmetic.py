@@ -65,6 +65,11 @@ class Arithmetic(Elaboration):
         message = "a set of values stands only after `in`, or as a setting"
         raise self.blame("type", message, node, env, "write `x in {a, b}`")
 
+    def on_shares(self, node: ast.Shares, env: Env) -> Item:
+        message = "weights of a latent's values are a `prior` of viewers"
+        hint = "write `audience bayesian(prior(LATENT) = {VALUE: WEIGHT, others: WEIGHT})`"
+        raise self.blame("type", message, node, env, hint)
+
     def on_pair(self, node: ast.Pair, env: Env) -> Item:
         first, second = self.both(
             lambda: self.constant(node.first, env), lambda: self.constant(node.second, env)

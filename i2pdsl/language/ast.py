@@ -62,6 +62,14 @@ class SetOf(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Shares(Node):
+    """`(latent) = {value: weight, ...}`, behind `prior`: pairs of a value and its weight."""
+
+    latent: Expr
+    pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Prefix(Node):
     """`script[:end]`, or `script[:end, until]`: of the last frame only up to someone's action."""
 
@@ -207,13 +215,15 @@ class Form(Node):
     """A form about what viewers believe, `NAME(about | given, ...)` (forms.py has the names).
 
     `given` holds scripts and further conditions as written; of a divergence the two scripts stand
-    first. `audience` is whose belief it is, where that is said: `NAME[audience](...)`.
+    first first. `audience` is whose belief it is, where that is said: `NAME[audience](...)`.
+    `moment` is the frame of which it is asked in hindsight, `NAME(about @ moment | given, ...)`.
     """
 
     name: str
     about: tuple[Expr, ...]
     given: tuple[Expr, ...]
     audience: Name | None = None
+    moment: Expr | None = None
 
     @property
     def kind(self) -> forms.Form:
@@ -246,6 +256,7 @@ Expr = (
     | Script
     | Pair
     | SetOf
+    | Shares
     | Prefix
     | FrameOf
     | Append
@@ -436,8 +447,8 @@ def children(node: Node) -> Iterator[Node]:
     match node:
         case Call(arguments=arguments):
             yield from (a.value for a in arguments)
-        case Form(about=about, given=given):
-            yield from (*about, *given)
+        case Form(about=about, given=given, moment=moment):
+            yield from (*about, *(() if moment is None else (moment,)), *given)
         case Append(script=script, turn=turn):
             yield script
             yield from (part.place for part in turn if isinstance(part, Fall))

@@ -118,15 +118,15 @@ class Beliefs(Frames):
         audience = self.audience(node.audience, env)
         if self.is_tabulated(form, node, env):
             return self.table(form, node, env, audience)
-        about, givens = self.both(
-            lambda: self.about(form, node, env), lambda: self.givens(form, node, env, audience)
+        about, (givens, moment) = self.both(
+            lambda: self.about(form, node, env), lambda: self.conditions(form, node, env, audience)
         )
         if form.about == "event":
             self.check_certain(about, audience.open_to(givens[0].mask), node, env)
         elif form.about == "quantity":
             about, mask = self.expected(about, givens[0].mask, node.about[0], env, audience)
             givens = (ty.Given(givens[0].moment, mask),)
-        value = ty.Belief(form.name, about, givens, viewers=self.viewers(audience))
+        value = ty.Belief(form.name, about, givens, (), self.viewers(audience), moment)
         self.check_whole_frame(form, value, node, env)
         return Item("number", value)
 
@@ -136,7 +136,8 @@ class Beliefs(Frames):
 
     def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
         """What asks for the state after the given frames cannot be asked in the midst of one."""
-        if all(given.moment.seen is None for given in value.given):
+        whole = all(given.moment.seen is None for given in value.given)
+        if whole or value.moment is not None:
             return
         values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
         if form.looks_ahead or values:
@@ -185,8 +186,8 @@ class Beliefs(Frames):
                 events = (f"{x.name} = {show_value(x.values[0])}" for x in latents)
                 hint = f"ask for an event: `{' and '.join(events)}`"
             raise self.blame("distribution", message, node.about[0], env, hint)
-        givens = self.givens(form, node, env, audience)
-        value = ty.Belief(form.name, about, givens, labels, self.viewers(audience))
+        givens, moment = self.conditions(form, node, env, audience)
+        value = ty.Belief(form.name, about, givens, labels, self.viewers(audience), moment)
         self.check_whole_frame(form, value, node, env)
         if len(latents) == 1:
             return Item("symbol", value, latents[0])
@@ -246,6 +247,37 @@ class Beliefs(Frames):
             lambda: self.given((first, *conditions), node, env, form.written, audience),
             lambda: self.given((second, *conditions), node, env, form.written, audience),
         )
+
+    def conditions(
+        self, form: Form, node: ast.Form, env: Env, audience: Audience
+    ) -> tuple[tuple[ty.Given, ...], ty.Moment | None]:
+        """What a form is conditioned on, and the frame that it is asked of in hindsight."""
+        givens, moment = self.both(
+            lambda: self.givens(form, node, env, audience),
+            lambda: self.hindsight(form, node, env),
+        )
+        if moment is not None and node.moment is not None:
+            for turns in (given.moment.turns for given in givens):
+                if any(a != b for a, b in zip(turns, moment.turns, strict=False)):
+                    message = "this frame is of another script than the one that is given"
+                    raise self.blame("index", message, node.moment, env)
+        return givens, moment
+
+    def hindsight(self, form: Form, node: ast.Form, env: Env) -> ty.Moment | None:
+        """The frame behind the `@` of a form: 0 is the first picture."""
+        if node.moment is None:
+            return None
+        if form.looks_ahead:
+            message = f"{form.looks_ahead} from the last one that is given"
+            hint = "leave out what begins with `@`"
+            raise self.fail("index", message, node.moment.span, env, hint)
+        stripped, inner = self.strip(node.moment, env)
+        if isinstance(stripped, ast.FrameOf):
+            return self.at(stripped.script, stripped.number, 0, inner)
+        item = self.item(node.moment, env)
+        message = f"expected a frame of a script, found {ITEMS_IN_WORDS[item.kind]}"
+        number = node.moment.span.text if item.kind == "number" else "t"
+        raise self.blame("type", message, node.moment, env, f"write `@ script[{number}]`")
 
     def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
         """Warns where a probability is 0 or 1 whatever happens."""

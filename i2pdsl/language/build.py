@@ -129,6 +129,8 @@ class Builder:
             span = self.span(part)
             if part.data == "argument":
                 found.append(ast.Argument(span, None, self.expression(part.children[0])))
+            elif part.data == "argument_shares":
+                found.append(self.shares(span, part.children))
             else:
                 token: Any = part.children[0]
                 name, tree = self.name(token), part.children[2]
@@ -136,6 +138,19 @@ class Builder:
                 comparison = _as_comparison(name, tree, value, span)
                 found.append(ast.Argument(span, name, value, comparison))
         return tuple(found)
+
+    def shares(self, span: Span, p: list[Any]) -> ast.Argument:
+        """`prior(latent) = {value: weight, ...}`."""
+        call = self.expression(p[0])
+        latents = call.arguments if isinstance(call, ast.Call) else ()
+        if not isinstance(call, ast.Call) or len(latents) != 1 or latents[0].name is not None:
+            message = "weights are given to the values of a latent"
+            hint = "write `prior(LATENT) = {VALUE: WEIGHT, others: WEIGHT}`"
+            raise StoryError([Diagnostic("syntax", message, self.span(p[0]), hint)])
+        trees = [x.children for x in p[2:] if isinstance(x, Tree)]
+        pairs = [(self.expression(value), self.expression(weight)) for value, _, weight in trees]
+        told = tuple(ast.Pair(a.span.to(b.span), a, b) for a, b in pairs)
+        return ast.Argument(span, call.callee, ast.Shares(span, latents[0].value, told))
 
     def given(self, tree: Any) -> tuple[ast.Expr, ...]:
         return self.expressions(tree.children) if tree is not None else ()
@@ -264,12 +279,16 @@ class Builder:
 
     def _form(self, span: Span, p: list[Any]) -> ast.Expr:
         whose, p = self.whose(p)
-        given = self.given(p[4]) if len(p) > 4 else ()
+        moment, given = (self.moment(p[3]), self.given(p[5])) if len(p) > 4 else (None, ())
         if p[2].data != "about":
-            return ast.Form(span, str(p[0]), (self.expression(p[2]),), given, whose)
+            return ast.Form(span, str(p[0]), (self.expression(p[2]),), given, whose, moment)
         if len(p[2].children) > 1 and not given:  # P(rho > 0, script[:t])
             raise StoryError([bar_missing(str(p[0]), self.span(p[2].children[1]))])
-        return ast.Form(span, str(p[0]), self.expressions(p[2].children), given, whose)
+        return ast.Form(span, str(p[0]), self.expressions(p[2].children), given, whose, moment)
+
+    def moment(self, tree: Tree[Token] | None) -> ast.Expr | None:
+        """The frame in `@ frame`, where a form says one."""
+        return None if tree is None else self.expression(tree.children[1])
 
     def _form_of_all(self, span: Span, p: list[Any]) -> ast.Expr:
         whose, p = self.whose(p)
@@ -281,9 +300,10 @@ class Builder:
 
     def _form_apart(self, span: Span, p: list[Any]) -> ast.Expr:
         whose, p = self.whose(p)
-        about = (self.expression(p[2]),) if p[2] is not None else ()
-        given = (self.expression(p[4]), *self.given(p[6]))
-        return ast.Form(span, str(p[0]), about, given, whose)
+        about, at = ((), None) if p[2] is None else (p[2].children[:1], p[2].children[1])
+        moment = self.moment(at)
+        given = (self.expression(p[3]), *self.given(p[5]))
+        return ast.Form(span, str(p[0]), self.expressions(about), given, whose, moment)
 
     def _form_of_audience(self, span: Span, p: list[Any]) -> ast.Expr:
         """`E[audience][quantity | ...]`, whose first half reads as an expectation."""
@@ -292,8 +312,9 @@ class Builder:
         if not isinstance(form, ast.Form) or whose is None:
             message = "a bar stands in no index"
             hint = "whose expectation it is stands before it: `E[AUDIENCE][QUANTITY | script[:t]]`"
-            raise StoryError([Diagnostic("syntax", message, self.span(p[3]), hint)])
-        return ast.Form(span, form.name, (self.expression(p[2]),), self.given(p[4]), whose)
+            raise StoryError([Diagnostic("syntax", message, self.span(p[4]), hint)])
+        about, given = (self.expression(p[2]),), self.given(p[5])
+        return ast.Form(span, form.name, about, given, whose, self.moment(p[3]))
 
     def _holds(self, span: Span, p: list[Any]) -> ast.Expr:
         return ast.Holds(span, self.expression(p[1]), self.expression(p[3]))

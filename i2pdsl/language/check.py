@@ -32,7 +32,6 @@ from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
 from i2pdsl.language.statements import room_for_nesting
 from i2pdsl.language.story import (
-    USUAL,
     VIEWERS,
     Audience,
     Library,
@@ -42,6 +41,7 @@ from i2pdsl.language.story import (
     TypedStory,
     default_assumption,
     ordered,
+    usual_audience,
 )
 from i2pdsl.language.unused import check_unused
 from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
@@ -361,11 +361,12 @@ class _Checker:
 
     def audiences(self) -> tuple[Audience, ...]:
         """The viewers of all beliefs that name no others, and those that have names."""
-        found = {VIEWERS: USUAL}
+        usual = usual_audience(self.world)
+        found = {VIEWERS: usual}
         for statement in self.program.of(ast.Audience):
             observers = self.settings.audience(statement.name, statement.settings, self.folder)
             audience = Audience(_audience(statement), observers, span=statement.span)
-            if found.get(audience.name, USUAL) is USUAL:  # another one is a mistake
+            if found.get(audience.name, usual) is usual:  # another one is a mistake
                 found[audience.name] = audience
         return ordered(tuple(found.values()))
 
@@ -374,10 +375,11 @@ class _Checker:
         if statement is None:
             usual = default_assumption(self.world)
             for audience in self.elaborator.audiences:
-                if audience.span is not None and not audience.can_hold(usual):
+                if not audience.can_hold(usual):
                     message = "some viewer takes it for impossible that everyone is rational"
                     hint = "`assume nothing` drops what is assumed by default"
-                    self.problem("impossible", message, audience.span, hint)
+                    place = audience.span or self.program.of(ast.World)[0].span
+                    self.problem("impossible", message, place, hint)
             return usual
         return read_assumption(self.elaborator, statement.condition, self.env)
 

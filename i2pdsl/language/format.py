@@ -23,7 +23,7 @@ INDENT = 4
 _TAB = 4
 
 _FORMS = frozenset(("form", "form_of_all", "form_of_frame", "form_of_audience", "form_apart"))
-_CALLS = _FORMS | {"call", "last", "pattern", "settings"}
+_CALLS = _FORMS | {"call", "last", "pattern", "settings", "entry_shares"}
 _INDEXED = frozenset(("prefix", "frame"))
 _BEHIND = _FORMS | _INDEXED | {"whose", "pin"}
 _TIGHT_AFTER = frozenset(("LPAR", "LSQB", "LBRACE", "BIG_OPEN", "RANGE"))

@@ -81,7 +81,7 @@ BELIEFS: tuple[Form, ...] = (
         "P",
         "P(event | script[:k], condition, ...)",
         "the audience's posterior probability after the first k frames; of one latent or several "
-        "a table",
+        "a table; with `event @ script[j]` that of what held in frame j",
         "P(rho > 0 | script[:T], G_cheese = pink)",
         ABOUT,
         about="event",

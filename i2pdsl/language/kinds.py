@@ -279,6 +279,7 @@ class _Roles:
             case ast.Form(about=about, given=given):
                 believed = "" if node.kind.shape is HIDDEN else "event"
                 self.each(about, _ABOUT.get(node.kind.about, node.kind.about), believed or inside)
+                self.each(() if node.moment is None else (node.moment,), "any", "")
                 self.given(given)
                 self.each(() if node.audience is None else (node.audience,), "audience", inside)
             case ast.Ever(predicate=predicate):

@@ -50,7 +50,7 @@ class Person:
             for name, value in settings.items()
             if name in words.observer_settings and words.settings[name].accepts(value)
         }
-        weights = [1.0] * len(words.hypotheses)
+        weights = list(words.prior or (1.0,) * len(words.hypotheses))
         for name, values in self.prior.items():
             for number, row in enumerate(words.hypotheses):
                 if name in row:

@@ -12,9 +12,11 @@ from i2pdsl.language import ast
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.evaluate import is_pure, values
 from i2pdsl.language.people import read_people
+from i2pdsl.language.priors import fitted
 from i2pdsl.language.scope import Env
+from i2pdsl.language.shares import CONTRADICTION, OTHERS, WHY_NONE, Told, shares_of
 from i2pdsl.language.story import Observer, SearchPlan
-from i2pdsl.language.vocabulary import Setting, SettingValue
+from i2pdsl.language.vocabulary import Latent, Setting, SettingValue, Value, show_value
 from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "average")
@@ -27,7 +29,11 @@ OF_VIEWERS = {
         "above 0",
         lambda x: 0 < x <= 1000,
     ),
-    "prior": Setting("prior", 1.0, "the weight of each hypothesis"),
+    "prior": Setting(
+        "prior",
+        1.0,
+        "the weight of each hypothesis; of a latent's values `prior(LATENT) = {VALUE: WEIGHT}`",
+    ),
     "given": Setting("given", "EVENT", "what they know to be so from the beginning"),
 }
 """What a viewer may have besides the settings of the world."""
@@ -208,16 +214,21 @@ class Settings:
         known = {k: world[k] for k in self.elaborator.world.observer_settings}
         known |= OF_VIEWERS
         own: dict[str, ast.Argument] = {}
-        others = []
+        others, shares = [], []
         for argument in arguments:
             name = argument.name.id if argument.name is not None else ""
-            if name not in OF_VIEWERS:
+            if name == "prior" and isinstance(argument.value, ast.Shares):
+                shares.append(argument.value)
+            elif name not in OF_VIEWERS:
                 others.append(argument)
             elif own.setdefault(name, argument) is not argument:
                 note = Note("the first one", own[name].span)
                 self.problem("duplicate", f"`{name}` is given twice", argument.span, None, note)
         settings = self.read(tuple(others), known, "audience bayesian")
         prior = self.prior(own["prior"].value) if "prior" in own else None
+        if shares:
+            prior = self.with_shares(prior, shares)
+        prior = prior or self.elaborator.world.prior
         sharpness: SettingValue | None = None
         if "sharpness" in own:
             sharpness = self.value(OF_VIEWERS["sharpness"], own["sharpness"].value)
@@ -240,6 +251,41 @@ class Settings:
             self.problem("impossible", message, given.value.span, hint)
             return observer
         return replace(observer, prior=tuple(w / sum(weights) for w in weights), known=known)
+
+    def with_shares(
+        self, prior: tuple[float, ...] | None, told: list[ast.Shares]
+    ) -> tuple[float, ...] | None:
+        """A prior in which the values of some latents have given shares. Those that the world's
+        file tells of other latents stay, unless a prior of hypotheses takes their place."""
+        words = self.elaborator.world
+        shares: dict[str, dict[Value, float]] = {}
+        try:
+            for node in told:
+                latent = self.elaborator.latent(node.latent, self.env)
+                if latent.name in shares:
+                    message = f"the prior of `{latent.name}` is given twice"
+                    self.problem("duplicate", message, node.span)
+                weights = [self.told(latent, pair) for pair in node.pairs]
+                found = shares_of(latent, weights, node.span, self.problem)
+                if found is None:
+                    return prior
+                shares[latent.name] = found
+        except Stop:
+            return prior
+        base = prior or (1.0,) * len(words.hypotheses)
+        result = fitted(words.hypotheses, base, {**({} if prior else words.shares), **shares})
+        if result is None:
+            self.problem("prior", CONTRADICTION, told[0].span.to(told[-1].span), WHY_NONE)
+        return result
+
+    def told(self, latent: Latent, pair: ast.Pair) -> Told:
+        """A value of a latent with its weight. Raises Stop."""
+        value, weight = pair.first, self.elaborator.constant(pair.second, self.env)
+        if latent.kind == "number" and not (isinstance(value, ast.Name) and value.id == OTHERS):
+            text = show_value(self.elaborator.constant(value, self.env))
+        else:
+            text = value.id if isinstance(value, ast.Name) else value.span.text
+        return Told(text, weight, value.span, pair.second.span)
 
     def prior(self, node: ast.Expr) -> tuple[float, ...] | None:
         """The weights of the hypotheses, summing to one."""

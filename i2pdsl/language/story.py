@@ -66,6 +66,11 @@ class Audience:
 USUAL = Audience(VIEWERS, (Observer(),))
 
 
+def usual_audience(words: Vocabulary) -> Audience:
+    """The audience of a world's stories that name none."""
+    return Audience(VIEWERS, (Observer(prior=words.prior),)) if words.prior else USUAL
+
+
 def ordered(audiences: Sequence[Audience]) -> tuple[Audience, ...]:
     """Audiences that know how many observers stand before their own."""
     counts = accumulate((len(a.observers) for a in audiences), initial=0)

@@ -216,6 +216,8 @@ class Belief:
             expectation the mask excludes already where the quantity means nothing.
         labels: of a table its axes: what each is called and its values' names; () for a number.
         viewers: whose belief it is; None where there is only one audience.
+        moment: the frame whose hypothesis is asked for in hindsight; None is the last one that
+            is given.
     """
 
     form: str
@@ -223,11 +225,13 @@ class Belief:
     given: tuple[Given, ...]
     labels: tuple[Labels, ...] = ()
     viewers: Viewers | None = None
+    moment: Moment | None = None
 
     @cached_property
     def axes(self) -> Axes:
         """The axes of its scripts and of a quantity, without the hypotheses'."""
-        parts = (*self.given, *([self.about] if hasattr(self.about, "axes") else []))
+        parts: list[Any] = [*self.given]
+        parts += [part for part in (self.about, self.moment) if hasattr(part, "axes")]
         return Axes(False, any(part.axes.time for part in parts))
 
 

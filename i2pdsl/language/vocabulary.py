@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+from i2pdsl.language.priors import Shares, fitted
+
 UNKNOWN = "unknown"  # what stands for a latent's value where it plays no part; no name is this
 Value = float | str | bool
 SettingValue = float | str | tuple[float, ...]
@@ -122,6 +124,7 @@ class Vocabulary:
         longest: the frames after which the time is up, or None.
         limited_to: the actions of each character that has not all of them.
         preposition: what stands before its name: a story happens `in the` kitchen.
+        shares: what viewers think of a latent's values at first, latent by latent.
     """
 
     world: str
@@ -149,6 +152,13 @@ class Vocabulary:
     limited_to: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     preposition: str = "in the"
     documentation: str = ""
+    shares: Shares = field(default_factory=dict)
+
+    @cached_property
+    def prior(self) -> tuple[float, ...] | None:
+        """The probabilities of the hypotheses at first; None where all are alike."""
+        every = (1.0,) * len(self.hypotheses)
+        return fitted(self.hypotheses, every, self.shares) if self.shares else None
 
     @property
     def where(self) -> str:

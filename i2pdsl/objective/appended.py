@@ -57,7 +57,7 @@ def append_turns(
         if rows:
             known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
         number = current.number + 1
-        current = observe(world, tables, number, current.state, action, current.belief, known)
+        current = observe(world, tables, number, current.state, action, current.log_belief, known)
         possible = possible & allowed
         found.append((current, possible))
     return found

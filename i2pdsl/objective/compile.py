@@ -15,6 +15,7 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
+from i2pdsl.objective.hindsight import Chain
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.objective.reach import Question, frames_until
@@ -165,7 +166,7 @@ class Compiler:
         self.shape.append(node.form if node.viewers is None else f"{node.form}{node.viewers}")
         viewers, about = node.viewers, self._about(node.about, node.viewers)
         mask = self.mask(node.given[0].mask)
-        moments = [self.moment(given.moment) for given in node.given]
+        moments = [self._seen_from(node.moment, given.moment) for given in node.given]
         meaning = (TABLES if node.labels else NUMBERS)[node.form]
 
         def value(scope: Scope) -> Array:
@@ -178,6 +179,15 @@ class Compiler:
             return found
 
         return value
+
+    def _seen_from(self, moment: ty.Moment | None, given: ty.Moment) -> Callable[[Scope], View]:
+        """The last frame that is given, or another one in hindsight."""
+        last = self.moment(given)
+        if moment is None:
+            return last
+        self.moment(moment)  # of the program's shape
+        self.shape.append("hindsight")
+        return lambda scope: scope.hindsight(moment, given)
 
     def _about(self, about: Any, viewers: ty.Viewers | None) -> Callable[[Scope, View], Array]:
         """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H] of those
@@ -328,9 +338,11 @@ def evaluate_all(
     times: range | None,
     params: Params | None = None,
     count: Array | int | None = None,
+    chain: Chain | None = None,
 ) -> Array:
-    """The value of a built expression over a whole script, for all t at once."""
-    xp = histories[()][0].belief.__array_namespace__()
+    """The value of a built expression over a whole script, for all t at once. `chain` is of the
+    viewers, where they are not the world's own."""
+    xp = histories[()][0].log_belief.__array_namespace__()
     scope = HistoryScope(
         compiler.world,
         tables,
@@ -339,6 +351,7 @@ def evaluate_all(
         compiler.length if count is None else count,
         compiler.length,
         None if times is None else xp.arange(times.start, times.stop),
+        chain,
     )
     return closure(scope)
 
@@ -348,7 +361,7 @@ def reduce_over_history(compiler: Compiler) -> Callable[[ty.Reduction | ty.Beats
 
     def within(scope: HistoryScope, times: Array) -> HistoryScope:
         given = (scope.world, scope.tables, scope.params, scope.histories)
-        return HistoryScope(*given, scope.count, scope.length, times)
+        return HistoryScope(*given, scope.count, scope.length, times, scope.chain)
 
     def on_beats(node: ty.Beats) -> Closure:
         parts = [compiler.build(part) for part in node.parts]

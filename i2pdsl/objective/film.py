@@ -70,9 +70,9 @@ def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) ->
     """What there is to see in a frame, or in several side by side. `viewers` are those observers
     to whom it must make sense, where not all are."""
     frame = frame.of(viewers)
-    xp = frame.belief.__array_namespace__()
+    xp = frame.log_belief.__array_namespace__()
     everyone_rational = xp.asarray(default_assumption(world.vocabulary))
-    regret = expected_regret(frame.afterwards, frame.regrets, everyone_rational)
+    regret = expected_regret(frame.log_afterwards, frame.regrets, everyone_rational)
     still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
     if world.weak_chances:
         return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))

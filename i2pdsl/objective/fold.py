@@ -130,6 +130,8 @@ def _appended(terms: list[tuple[float, ty.Typed]]) -> list[tuple[ty.Turn, ...]]:
 def _looks_far(node: object, length: int) -> bool:
     """Whether a form looks at frames that a fold which keeps none cannot reach."""
     match node:
+        case ty.Belief(moment=ty.Moment()):
+            return True
         case ty.Moment(first=None):
             return 0 < node.frames[0] < length
         case ty.Moment():
@@ -408,7 +410,7 @@ def _score(
     held: bool,
 ) -> Callable[..., Array]:
     def score(tables: Any, params: Params, carry: _Carry, last: Frame) -> Array:
-        xp = last.belief.__array_namespace__()
+        xp = last.log_belief.__array_namespace__()
         suffixes, first = {}, 0
         for turns in appended:
             rows = params.suffix_rows[first : first + len(turns)]
@@ -429,7 +431,7 @@ def _score(
             given = (world, tables, params, last, carry.first_state, length, suffixes)
             scope = _FoldScope(*given, held=held)
             scope.accumulated, scope.beats = carry.sums, carry.beats
-        total = xp.zeros((), dtype=last.belief.dtype)
+        total = xp.zeros((), dtype=last.log_belief.dtype)
         for number, value in zip(places, built, strict=True):
             total = total + params.numbers[number] * value(scope)
         if seen is not None:

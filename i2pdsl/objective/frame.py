@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
+from i2pdsl.objective.hindsight import Chain, chain_of, hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -19,8 +20,8 @@ class Frame(NamedTuple):
     Attributes:
         number: t.
         before, action, state: the state before, what happened, the state at the end.
-        previous, belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
-        expecting: the belief just before each observation, [..., U, O, H].
+        log_previous, log_belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
+        log_expecting: log P(H) just before each observation, [..., U, O, H].
         log_rows: log P(observation | H) of each, [..., U, O, H].
         regrets: max_a log P(a | H) less the log_rows, [..., U, O, H]; 0 where nobody asks.
     """
@@ -29,18 +30,18 @@ class Frame(NamedTuple):
     before: Array
     action: Array
     state: Array
-    previous: Array
-    belief: Array
-    expecting: Array
+    log_previous: Array
+    log_belief: Array
+    log_expecting: Array
     log_rows: Array
     regrets: Array
 
     @property
-    def afterwards(self) -> Array:
-        """The belief just after each observation, [..., U, O, H]."""
-        xp = self.belief.__array_namespace__()
+    def log_afterwards(self) -> Array:
+        """log P(H) just after each observation, [..., U, O, H]."""
+        xp = self.log_belief.__array_namespace__()
         return xp.concatenate(
-            [self.expecting[..., 1:, :, :], self.belief[..., None, :, :]], axis=-3
+            [self.log_expecting[..., 1:, :, :], self.log_belief[..., None, :, :]], axis=-3
         )
 
     def of(self, viewers: ty.Viewers | None) -> Frame:
@@ -49,9 +50,9 @@ class Frame(NamedTuple):
             return self
         some = slice(*viewers)
         return self._replace(
-            previous=self.previous[..., some, :],
-            belief=self.belief[..., some, :],
-            expecting=self.expecting[..., some, :],
+            log_previous=self.log_previous[..., some, :],
+            log_belief=self.log_belief[..., some, :],
+            log_expecting=self.log_expecting[..., some, :],
             log_rows=self.log_rows[..., some, :],
             regrets=self.regrets[..., some, :],
         )
@@ -80,9 +81,9 @@ def observe(
         best = world.best_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
-    for row in rows:
+    for row, switching in zip(rows, world.switching(tables), strict=True):
         expecting.append(current)
-        updated = update(current, row, world.forgetting(tables))
+        updated = update(current, row, world.forgetting(tables), switching)
         current = xp.where(seen, updated, current)
     return Frame(
         number,
@@ -102,10 +103,10 @@ class View:
     """A moment as a form sees it.
 
     `exists` is True where it always does; else an array, and what does not exist counts 0.
-    Prefix forms read `belief` and `state`; frame forms read the whole `frame`.
+    Prefix forms read `log_belief` and `state`; frame forms read the whole `frame`.
     """
 
-    belief: Array
+    log_belief: Array
     state: Array
     frame: Frame | None
     exists: Array | bool = True
@@ -114,16 +115,16 @@ class View:
         """The moment as some of the observers see it; as all of them without."""
         if viewers is None:
             return self
-        belief = self.belief[..., slice(*viewers), :]
+        belief = self.log_belief[..., slice(*viewers), :]
         frame = None if self.frame is None else self.frame.of(viewers)
         return View(belief, self.state, frame, self.exists)
 
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    belief = frame.belief
+    belief = frame.log_belief
     if moment.seen is not None:
-        belief = frame.expecting[..., moment.seen, :, :]
+        belief = frame.log_expecting[..., moment.seen, :, :]
     return View(belief, frame.state, frame, exists)
 
 
@@ -141,14 +142,14 @@ class StepScope:
         self.world, self.tables, self.params = world, tables, params
         self.t, self.frame, self.first_state = frame.number, frame, first_state
         self.count = frame.number
-        self.xp = frame.belief.__array_namespace__()
+        self.xp = frame.log_belief.__array_namespace__()
 
     def view(self, moment: ty.Moment) -> View:
         frame = self.frame
         if moment.offset == 0:
             return view_after(frame, moment)
         if moment.offset == -1:
-            return View(frame.previous, frame.before, None)
+            return View(frame.log_previous, frame.before, None)
         return prior_view(self, state=self.first_state)
 
 
@@ -200,7 +201,7 @@ class EndScope:
         self.last, self.length, self.suffixes = last, length, suffixes
         self.first_state = first_state
         self.count, self.end = last.number, last.state
-        self.xp = last.belief.__array_namespace__()
+        self.xp = last.log_belief.__array_namespace__()
         self.t = t
 
     def view(self, moment: ty.Moment) -> View:
@@ -219,7 +220,8 @@ class HistoryScope:
     """All frames at once: t is an array [n_t], and forms give one number for each t.
 
     `frames` holds the frames 0..T and then appended ones, along the first axis; frame 0 carries
-    the prior as its belief. `count` is the number of frames that exist so far.
+    the prior as its belief. `count` is the number of frames that exist so far. `chain` is that
+    of the viewers, where they are not the world's own.
     """
 
     def __init__(
@@ -231,11 +233,13 @@ class HistoryScope:
         count: Array | int,
         length: int,
         times: Array | None,
+        chain: Chain | None = None,
     ):
         self.world, self.tables, self.params = world, tables, params
         self.histories, self.count, self.length = histories, count, length
+        self.chain = chain or chain_of(world, tables)
         self.t = times
-        self.xp = histories[()][0].belief.__array_namespace__()
+        self.xp = histories[()][0].log_belief.__array_namespace__()
 
     @property
     def end(self) -> Array:
@@ -243,7 +247,25 @@ class HistoryScope:
         return self.histories[()][0].state[self.count]
 
     def view(self, moment: ty.Moment) -> View:
-        frames, possible = self.histories[moment.turns]
+        frames, _ = self.histories[moment.turns]
+        number, exists = self._place(moment)
+        return view_after(Frame(*(part[number] for part in frames)), moment, exists)
+
+    def hindsight(self, moment: ty.Moment, given: ty.Moment) -> View:
+        """A frame as those see it in hindsight who have seen the script up to `given`."""
+        turns = max(moment.turns, given.turns, key=len)
+        frames, _ = self.histories[turns]
+        (at, exists), (last, too) = self._place(moment), self._place(given)
+        one = self.xp.ndim(at) == self.xp.ndim(last) == 0
+        asked, known = map(self.xp.atleast_1d, (at, how_many(frames, last, given)))
+        believed = self.view(given).log_belief.reshape(-1, *frames.log_belief.shape[1:])
+        ahead = may_be_ahead(moment, given)
+        found = hindsight(self.world, self.chain, frames, asked, known, believed, ahead)
+        return View(found[0] if one else found, frames.state[at], None, exists & too)
+
+    def _place(self, moment: ty.Moment) -> tuple[Any, Any]:
+        """The number of a frame in its history, and whether it exists, for each t."""
+        _, possible = self.histories[moment.turns]
         total = self.length + len(moment.turns)
         if moment.first is None:
             index: Any = moment.frames[0]
@@ -254,9 +276,8 @@ class HistoryScope:
             index = table[self.xp.clip(self.t - moment.first, 0, len(moment.frames) - 1)]
             reached = (index >= 0) & (index <= total)
         safe = self.xp.clip(self.xp.asarray(index), 0, total)
-        frame = Frame(*(part[safe] for part in frames))
         exists = reached & ((safe <= self.count) | (safe > self.length)) & possible[safe]
-        return view_after(frame, moment, exists)
+        return safe, exists
 
 
 class TurnScope:

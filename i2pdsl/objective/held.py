@@ -29,13 +29,13 @@ class HeldScope:
         self.world, self.tables, self.params = world, tables, params
         self.first_state, self.t = first_state, times
         self.count = times
-        self.xp = last.belief.__array_namespace__()
+        self.xp = last.log_belief.__array_namespace__()
         self.frame = Frame(*(part[None] for part in still(world, last)))
 
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        return View(self.frame.belief, self.frame.state, self.frame)
+        return View(self.frame.log_belief, self.frame.state, self.frame)
 
 
 def still(world: World, last: Frame) -> Frame:
@@ -43,8 +43,8 @@ def still(world: World, last: Frame) -> Frame:
     return last._replace(
         before=last.state,
         action=last.action * 0 + world.turn_count,
-        previous=last.belief,
-        expecting=last.expecting * 0 + last.belief[None],
+        log_previous=last.log_belief,
+        log_expecting=last.log_expecting * 0 + last.log_belief[None],
         log_rows=last.log_rows * 0,
         regrets=last.regrets * 0,
     )
@@ -52,7 +52,7 @@ def still(world: World, last: Frame) -> Frame:
 
 def held_history(world: World, frames: Frame, last: Frame) -> Frame:
     """A history [T + 1, ...] whose frames after the last one are held."""
-    xp = last.belief.__array_namespace__()
+    xp = last.log_belief.__array_namespace__()
     numbers = xp.arange(frames.number.shape[0])
     after = numbers > last.number
     hold = still(world, last)._replace(number=last.number)

@@ -15,6 +15,7 @@ from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.compile import Closure, Compiler
 from i2pdsl.objective.frame import Frame, View, view_after
+from i2pdsl.objective.hindsight import chain_of, hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -43,6 +44,26 @@ class ScriptsScope:
 
     def view(self, moment: ty.Moment) -> View:
         frames, possible = self.histories[moment.turns]
+        index, safe = self._place(moment)
+        if not np.array_equal(safe, np.arange(possible.shape[1])):
+            frames, possible = Frame(*(part[:, safe] for part in frames)), possible[:, safe]
+        return view_after(frames, moment, (index == safe) & possible)
+
+    def hindsight(self, moment: ty.Moment, given: ty.Moment) -> View:
+        """See frame.HistoryScope."""
+        turns = max(moment.turns, given.turns, key=len)
+        frames = Frame(*(np.moveaxis(part, 1, 0) for part in self.histories[turns][0]))
+        (_, at), (_, last) = self._place(moment), self._place(given)
+        exists = self.view(moment).exists & self.view(given).exists
+        believed = np.moveaxis(self.view(given).log_belief, 1, 0)
+        known, ahead = how_many(frames, last, given), may_be_ahead(moment, given)
+        chain = chain_of(self.world, self.tables)
+        found = hindsight(self.world, chain, frames, at, known, believed, ahead)
+        state = np.moveaxis(frames.state[at], 0, 1)
+        return View(np.moveaxis(found, 0, 1), state, None, exists)
+
+    def _place(self, moment: ty.Moment) -> tuple[np.ndarray, np.ndarray]:
+        """The numbers of frames that are meant, for each t, and those of frames that there are."""
         total = self.length + len(moment.turns)
         frame_numbers = np.asarray(moment.frames, dtype=int)  # of no frames: empty
         if moment.first is None:
@@ -50,10 +71,7 @@ class ScriptsScope:
         else:
             assert self.t is not None
             index = frame_numbers[np.clip(self.t - moment.first, 0, len(frame_numbers) - 1)]
-        safe = np.clip(index, 0, total)
-        if not np.array_equal(safe, np.arange(total + 1)):
-            frames, possible = Frame(*(part[:, safe] for part in frames)), possible[:, safe]
-        return view_after(frames, moment, (index == safe) & possible)
+        return index, np.clip(index, 0, total)
 
 
 def histories(world: World, frames: Frame, expression: ty.Typed) -> Histories:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from i2pdsl.audience import queries
+from i2pdsl.audience.filter import Switching
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.frame import View
 from i2pdsl.worlds.world import Branches, World
@@ -32,15 +33,24 @@ class Asked(NamedTuple):
     viewers: ty.Viewers | None = None
 
     @property
-    def belief(self) -> Array:
+    def log_belief(self) -> Array:
         """log P(H | the given frames), [..., O, H]."""
-        return self.views[0].belief
+        return self.views[0].log_belief
 
     @property
     def forgetting(self) -> Array:
         """Of those who are asked, [O] or [O, H]."""
         every = self.world.forgetting(self.tables)
         return every if self.viewers is None else every[slice(*self.viewers)]
+
+    @property
+    def switching(self) -> tuple[Switching | None, ...]:
+        """How they think that goals change, of each who acts."""
+        every = self.world.switching(self.tables)
+        if self.viewers is None:
+            return every
+        some = slice(*self.viewers)
+        return tuple(None if each is None else each.of(some) for each in every)
 
     def ahead(self) -> Branches:
         """What can come next, as those who are asked see it."""
@@ -54,27 +64,28 @@ class Asked(NamedTuple):
 def _surprise(asked: Asked) -> Array:
     frame = asked.views[0].frame
     if frame is None:  # nothing has happened before the first frame
-        return asked.belief.__array_namespace__().zeros(())
-    return queries.surprise(frame.expecting, frame.log_rows, asked.mask)
+        return asked.log_belief.__array_namespace__().zeros(())
+    return queries.surprise(frame.log_expecting, frame.log_rows, asked.mask)
 
 
 def _suspense(asked: Asked) -> Array:
     ahead = asked.ahead()
     return queries.suspense(
-        asked.belief,
+        asked.log_belief,
         ahead.log_rows,
         ahead.chance,
         ahead.valid,
         asked.about,
         asked.mask,
         asked.forgetting,
+        asked.switching,
     )
 
 
 def _next(asked: Asked) -> Array:
     ahead = asked.ahead()
     return queries.prediction(
-        asked.belief,
+        asked.log_belief,
         ahead.log_rows,
         ahead.chance,
         ahead.valid,
@@ -82,21 +93,22 @@ def _next(asked: Asked) -> Array:
         asked.world.branch_actions(asked.about),
         asked.mask,
         asked.forgetting,
+        asked.switching,
     )
 
 
 NUMBERS: dict[str, Callable[[Asked], Array]] = {
-    "P": lambda a: queries.probability(a.belief, a.about, a.mask),
-    "E": lambda a: queries.expectation(a.belief, a.about, a.mask),
-    "KL": lambda a: queries.divergence(a.belief, a.views[1].belief, a.about, a.mask),
-    "entropy": lambda a: queries.entropy(a.belief, a.about, a.mask),
+    "P": lambda a: queries.probability(a.log_belief, a.about, a.mask),
+    "E": lambda a: queries.expectation(a.log_belief, a.about, a.mask),
+    "KL": lambda a: queries.divergence(a.log_belief, a.views[1].log_belief, a.about, a.mask),
+    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask),
     "surprise": _surprise,
     "suspense": _suspense,
 }
 """The forms that are numbers: the observers' mean, [...]."""
 
 TABLES: dict[str, Callable[[Asked], Array]] = {
-    "P": lambda a: queries.marginal(a.belief, a.about, a.mask).mean(-2),
+    "P": lambda a: queries.marginal(a.log_belief, a.about, a.mask).mean(-2),
     "next": _next,
 }
 """The forms that are tables, with a last axis of values."""

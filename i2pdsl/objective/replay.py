@@ -67,10 +67,10 @@ def replay_all(
     beliefs, expecting = [belief], [np.stack([np.zeros_like(belief)] * len(rows), axis=1)]
     for t in range(length):
         earlier = []
-        for row in rows:
+        for row, switching in zip(rows, world.switching(tables), strict=True):
             earlier.append(belief)
             if seen[:, t].any():
-                updated = update(belief, row[:, t], forgetting)
+                updated = update(belief, row[:, t], forgetting, switching)
                 belief = np.where(seen[:, t, None, None], updated, belief)
         beliefs.append(belief)
         expecting.append(np.stack(earlier, axis=1))
@@ -82,9 +82,9 @@ def replay_all(
         before=np.concatenate([states[:, :1], before], axis=1),
         action=np.concatenate([world.no_action(states[:, :1]), actions], axis=1),
         state=states,
-        previous=np.stack([beliefs[0], *beliefs[:-1]], axis=1),
-        belief=np.stack(beliefs, axis=1),
-        expecting=np.stack(expecting, axis=1),
+        log_previous=np.stack([beliefs[0], *beliefs[:-1]], axis=1),
+        log_belief=np.stack(beliefs, axis=1),
+        log_expecting=np.stack(expecting, axis=1),
         log_rows=np.concatenate([nothing, likelihoods], axis=1),
         regrets=np.concatenate([nothing, less], axis=1),
     )
@@ -99,7 +99,7 @@ def histories(
     world: World, tables: Any, frames: Frame, expression: ty.Typed
 ) -> dict[tuple[ty.Turn, ...], History]:
     """The script's history, and those of all scripts that an expression appends turns to."""
-    xp = frames.belief.__array_namespace__()
+    xp = frames.log_belief.__array_namespace__()
     found: dict[tuple[ty.Turn, ...], History] = {(): (frames, xp.ones(len(frames.state), bool))}
     last = Frame(*(part[-1] for part in frames))
     for node in ty.walk(expression):

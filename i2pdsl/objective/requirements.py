@@ -203,6 +203,8 @@ class _Verdicts:
             return replace(node, arguments=tuple(self._fixed(a) for a in node.arguments))
         if not isinstance(node, ty.Belief | ty.Feature):
             return node
+        if isinstance(node, ty.Belief) and node.moment is not None:
+            return node  # hindsight needs all frames between the two
         moments = [n for n in ty.walk(node) if isinstance(n, ty.Moment)]
         frame = max((n.frames[0] for n in moments), default=0)
         near = (0, frame) if isinstance(node, ty.Feature) else (0, frame - 1, frame)

@@ -130,7 +130,7 @@ def doubts(story: TypedStory, world: World, frames: Frame) -> tuple[Diagnostic, 
     """Warnings: beliefs that are bought with characters who seem to act at random, and those that
     are conditioned on what the script nearly refutes."""
     everything = np.ones(len(story.vocabulary.hypotheses), dtype=bool)
-    seen = frames.of(story.viewers).belief[1:]
+    seen = frames.of(story.viewers).log_belief[1:]
     rational = probability(seen, np.array(story.everyone_rational), everything)
     assumed = probability(seen, np.array(story.assumption), everything)
     found = []

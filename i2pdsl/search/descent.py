@@ -189,14 +189,16 @@ class Descent:
         fixed = (self.tables, self.params, self.knobs, self.kept)
         found = jax.device_get(self.program.run(*fixed, *shares))
         joined: tuple[Node, np.ndarray, Any, Any] = jax.tree.map(
-            lambda part: part.reshape(-1, *part.shape[2:]), found
+            lambda part: part.reshape(part.shape[0] * part.shape[1], *part.shape[2:]), found
         )
         return joined
 
 
 def _shared_out(arrays: Any, devices: int) -> Any:
     """Arrays of all seeds [S, ...], as each device has its own: [D, S / D, ...]."""
-    return jax.tree.map(lambda part: part.reshape(devices, -1, *part.shape[1:]), arrays)
+    # An array of no numbers (a fold without sums) has no -1 to be told from them.
+    apart = lambda part: part.reshape(devices, len(part) // devices, *part.shape[1:])
+    return jax.tree.map(apart, arrays)
 
 
 def prepare_descent(

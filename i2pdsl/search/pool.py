@@ -76,7 +76,7 @@ def grown(
         chosen = jax.tree.map(lambda x: x[parent, child], children)
         carry = jax.tree.map(lambda x: x[parent], pool.carry)
         worth = jnp.where(parent < 0, -jnp.inf, values[parent, child])
-        pool = Node(chosen.number, chosen.state, chosen.belief, step(carry, chosen), worth)
+        pool = Node(chosen.number, chosen.state, chosen.log_belief, step(carry, chosen), worth)
         return pool, (parent, chosen.action)
 
     def turn_or_none(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
@@ -155,7 +155,7 @@ def _repeated(
     Two prefixes repeat each other if they have the same state, belief, score and sums: all that
     could follow one can follow the other. Equal scores stand side by side.
     """
-    belief = jnp.maximum(frames.belief[parent, child], -40.0).reshape(len(parent), -1)
+    belief = jnp.maximum(frames.log_belief[parent, child], -40.0).reshape(len(parent), -1)
     # One number for a belief: weights without structure tell different ones apart.
     weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898)
     carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:3])]

@@ -25,7 +25,7 @@ class Node(NamedTuple):
 
     number: Array
     state: Array
-    belief: Array
+    log_belief: Array
     carry: Any
     score: Array
 
@@ -45,24 +45,25 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     K = all joint turns, then every cell for each allowed event (a number of `world.events`).
     """
     turns = world.turns(tables, node.state)
-    observers = node.belief.shape
+    observers = node.log_belief.shape
     full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
     flat = (turns.state.shape[-1], *observers)
-    belief = node.belief[None, None]
+    belief = node.log_belief[None, None]
     expecting, rows, regrets = [], [], []
+    changes = world.switching(tables)
     for who, row in enumerate(turns.log_rows):
         expecting.append(jnp.broadcast_to(belief, full).reshape(flat))
         rows.append(jnp.broadcast_to(row, full).reshape(flat))
         regret = row.max(axis=who - 4, keepdims=True) - row  # all actions are among the branches
         regrets.append(jnp.broadcast_to(regret, full).reshape(flat))
-        belief = update(belief, row, world.forgetting(tables))
+        belief = update(belief, row, world.forgetting(tables), changes[who])
     count = flat[0]
     frame = Frame(
         jnp.full((count,), node.number + 1),
         jnp.full((count,), node.state),
         jnp.arange(count, dtype=jnp.int32),
         turns.state,
-        jnp.broadcast_to(node.belief, flat),
+        jnp.broadcast_to(node.log_belief, flat),
         jnp.broadcast_to(belief, full).reshape(flat),
         jnp.stack(expecting, axis=1),
         jnp.stack(rows, axis=1),
@@ -73,8 +74,8 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     fallen, possible = world.drops(tables, node.state)
     slots = world.event_slots
     number = jnp.concatenate([jnp.arange(e * slots, (e + 1) * slots) for e in events])
-    still = jnp.broadcast_to(node.belief, (len(number), *observers))
-    rows_ = jnp.zeros((len(number), len(rows), *observers), node.belief.dtype)
+    still = jnp.broadcast_to(node.log_belief, (len(number), *observers))
+    rows_ = jnp.zeros((len(number), len(rows), *observers), node.log_belief.dtype)
     dropped = Frame(
         jnp.full((len(number),), node.number + 1),
         jnp.full((len(number),), node.state),
@@ -82,7 +83,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         fallen[number],
         still,
         still,
-        jnp.broadcast_to(node.belief, rows_.shape),
+        jnp.broadcast_to(node.log_belief, rows_.shape),
         rows_,
         rows_,
     )
@@ -118,9 +119,9 @@ def follow(
     world: World, objective: Objective, tables: Any, params: Any, node: Node, action: Array
 ) -> tuple[Node, Frame]:
     """One frame further: the audience sees it, the objective's fold takes it in."""
-    frame = observe(world, tables, node.number + 1, node.state, action, node.belief)
+    frame = observe(world, tables, node.number + 1, node.state, action, node.log_belief)
     carry = objective.step(tables, params, node.carry, frame)
-    return Node(frame.number, frame.state, frame.belief, carry, node.score), frame
+    return Node(frame.number, frame.state, frame.log_belief, carry, node.score), frame
 
 
 def retraced(

@@ -4,8 +4,8 @@ are, each kind of world says."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -25,12 +25,17 @@ from i2pdsl.errors import (
 from i2pdsl.language.format import format_statements
 from i2pdsl.language.mistakes import explain
 from i2pdsl.language.naming import NAME, same_name, with_marks
+from i2pdsl.language.priors import fitted
+from i2pdsl.language.shares import CONTRADICTION, WHY_NONE, Told, shares_of
 from i2pdsl.language.statements import Cut, Piece, check_text, split_statements
 from i2pdsl.language.tables import Tables, UnexpectedError
+from i2pdsl.language.vocabulary import Latent, show_value
 from i2pdsl.resources import data_folder
 
 _WORD = re.compile(NAME)
 _SECOND_WORD = re.compile(rf"\S+\s+({NAME})")
+Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
+"""Latents, and pairs of a value and its weight."""
 KIND = "kind"  # what a file's first statement may say: `kind = plane`
 _KIND = re.compile(rf"^{KIND}\b[ \t]*(?:=[ \t]*({NAME})?)?", re.MULTILINE)
 
@@ -133,6 +138,15 @@ class Value:
     kind: str  # number | name | text | pair | list
 
 
+@dataclass(frozen=True)
+class Weighed:
+    """The weights that a latent's values are given."""
+
+    told: tuple[Told, ...]
+    name: Span
+    span: Span
+
+
 @dataclass
 class Block:
     keyword: str
@@ -141,6 +155,7 @@ class Block:
     entries: dict[str, Value]
     keys: dict[str, Span]
     damaged: bool = False  # a line of it could not be read
+    shares: dict[str, Weighed] = field(default_factory=dict)  # of latents: `prior(NAME) = {...}`
 
     def mentioned(self) -> set[Any]:
         """The words in its values."""
@@ -320,6 +335,9 @@ class BlockReader:
         for entry in entries:
             parts: Any = entry.children
             key = str(parts[0])
+            if entry.data == "entry_shares":
+                self.fill_shares(block, entry)
+                continue
             if key in block.entries:
                 note = Note("the first one", block.keys[key])
                 span = self.token_span(parts[0])
@@ -328,6 +346,60 @@ class BlockReader:
             block.entries[key] = self.value(parts[2])
             block.keys[key] = self.token_span(parts[0])
         self.blocks.append(block)
+
+    def fill_shares(self, block: Block, entry: Any) -> None:
+        """Puts `prior(latent) = {value: weight, ...}` into a block."""
+        key, _, latent, *rest = entry.children
+        name, place = same_name(str(latent)), self.token_span(latent)
+        if block.keyword != "audience" or key != "prior":
+            message = f"`{block.keyword}` has no `{key}({latent})`"
+            hint = "the block `audience` has `prior(LATENT) = {VALUE: WEIGHT}`"
+            self.problem("world-key", message, self.token_span(key), hint)
+            return
+        if name in block.shares:
+            note = Note("the first one", block.shares[name].name)
+            self.problem("duplicate", f"the prior of `{name}` is given twice", place, note=note)
+            return
+        told = []
+        for share in (part for part in rest if isinstance(part, Tree)):
+            value, _, weight = share.children
+            first, second = self.value(value), self.value(weight)
+            if second.kind != "number":
+                message = f"a weight must be a number, not `{shorten(second.span.text)}`"
+                self.problem("world-value", message, second.span)
+                return
+            plain = first.kind in ("name", "text")
+            text = first.value if plain else first.span.text
+            text = show_value(first.value) if first.kind == "number" else text
+            told.append(Told(text, second.value, first.span, second.span))
+        span = Span(self.source, entry.meta.start_pos, entry.meta.end_pos)
+        block.shares[name] = Weighed(tuple(told), place, span)
+
+    def shares(self, latents: Mapping[str, Latent]) -> Shares:
+        """What viewers think at first, latent by latent."""
+        found = []
+        for name, weighed in self.weighed:
+            latent = latents.get(name)
+            if latent is None and not self.incomplete:
+                hint = did_you_mean(name, latents) or "latents: " + ", ".join(latents)
+                message = f"there is no latent `{shorten(name)}`"
+                self.problem("world-name", message, weighed.name, hint)
+            elif latent is not None:
+                shares = shares_of(latent, weighed.told, weighed.span, self.problem)
+                if shares is not None:
+                    found.append((name, tuple(shares.items())))
+        return tuple(found)
+
+    def check_prior(self, shares: Shares, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Reports shares that no prior over the hypotheses has."""
+        told = {name: dict(weights) for name, weights in shares}
+        if fitted(rows, [1.0] * len(rows), told) is None:
+            self.problem("prior", CONTRADICTION, self.weighed[-1][1].span, WHY_NONE)
+
+    @property
+    def weighed(self) -> list[tuple[str, Weighed]]:
+        """The latents whose values have weights."""
+        return [each for block in self.blocks for each in block.shares.items()]
 
     def token_span(self, token: Token) -> Span:
         assert token.start_pos is not None

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Protocol
+
+from i2pdsl.language.vocabulary import Latent
 
 Hypothesis = dict[str, float | str | bool]
 """One possible truth: latent -> value. A latent that plays no part is missing."""
@@ -33,6 +35,26 @@ class Minded(Protocol):
 
     @property
     def attitude(self) -> tuple[float, ...]: ...
+
+    @property
+    def toward(self) -> str | None: ...
+
+
+def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
+    """What is hidden about characters: an attitude if one has any, goals, and who is rational."""
+    found: dict[str, Latent] = {}
+    for social in (c for c in characters if c.toward):
+        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
+        # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
+        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
+        found[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
+    for c in characters:
+        found[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
+    for c in characters:
+        about = f"whether {c.name} acts rationally, or at random"
+        rational = rationality_of(c.name)
+        found[rational] = Latent(rational, "truth", (True, False), about)
+    return found
 
 
 def of_one(one: Minded) -> tuple[Hypothesis, ...]:

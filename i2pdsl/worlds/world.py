@@ -4,15 +4,17 @@ that one compiled program serves all worlds of the same shape."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 
+from i2pdsl.audience.filter import Switching
 from i2pdsl.language.typed import Act, Drop, Turn
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.hypotheses import goal_of
 
 Array = Any
 Tables = Any
@@ -97,6 +99,10 @@ class World(Protocol):
     def forgetting(self, tables: Tables) -> Array:
         """The share of belief that is reassigned after each observed action: [O], or [O, H] as
         `forgetting_of` has it."""
+
+    def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
+        """How the goal of who is observed changes, for each observation of a frame; None where
+        nobody's does."""
 
     def all_states(self, tables: Tables) -> Array:
         """Every state, [S]."""
@@ -200,10 +206,12 @@ class World(Protocol):
         with `forgetting` and `log_prior` of their own."""
 
 
-def log_priors(viewers: Sequence[Viewer], count: int) -> np.ndarray:
-    """log P(H) of each viewer before anything moved, [O, H], of `count` hypotheses: uniform where
-    he has no prior of his own."""
-    priors = [viewer.prior or (1 / count,) * count for viewer in viewers]
+def log_priors(viewers: Sequence[Viewer], words: Vocabulary) -> np.ndarray:
+    """log P(H) of each viewer before anything moved, [O, H]: the world's where he has no prior of
+    his own."""
+    count = len(words.hypotheses)
+    usual = words.prior or (1 / count,) * count
+    priors = [viewer.prior or usual for viewer in viewers]
     with np.errstate(divide="ignore"):
         logs: np.ndarray = np.log(np.array(priors))
     return logs
@@ -222,6 +230,37 @@ def forgetting_of(observers: Sequence[Any], shares: Sequence[float] | np.ndarray
     known = next(o.known for o in observers if o.known is not None)
     left = np.array([o.known or (True,) * len(known) for o in observers])
     return np.where(left, shares if shares.ndim == 2 else shares[:, None], 0.0)
+
+
+def switching_of(
+    viewers: Sequence[Viewer], words: Vocabulary, log_prior: np.ndarray
+) -> tuple[Switching, ...]:
+    """How viewers think that goals change after each observation of a frame, which is what the
+    characters do one after the other; empty where nobody thinks that they do.
+
+    Hypotheses are in one group that differ in the goal of who acted alone.
+
+    Args:
+        log_prior: of each viewer, [O, H].
+    """
+    share = np.array([float(viewer.spec.settings.switching) for viewer in viewers])
+    if not share.any():
+        return ()
+    found = []
+    for name in words.characters:
+        goal = goal_of(name)
+        groups: dict[Hashable, list[int]] = {}
+        for number, row in enumerate(words.hypotheses):
+            rest = frozenset((latent, value) for latent, value in row.items() if latent != goal)
+            groups.setdefault(rest if goal in row else number, []).append(number)
+        most = max(map(len, groups.values()))
+        count = len(words.hypotheses)
+        members = [[*group, *[count] * (most - len(group))] for group in groups.values()]
+        group = np.empty(count, dtype=int)
+        for number, numbers in enumerate(groups.values()):
+            group[numbers] = number
+        found.append(Switching(share, np.array(members), group, log_prior).given(log_prior))
+    return tuple(found)
 
 
 def on_device(tables: Tables) -> Tables:

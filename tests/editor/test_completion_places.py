@@ -123,6 +123,8 @@ EXACT = {
     "let s = script ++ [deus: table at ¦": "pink green",
     "allow ¦": "deus",
     "allow deus(¦": "table",
+    "maximize P(rho > 0 @ ¦": "script shown",
+    "maximize P(rho > 0 @ script[¦": "n T last",
     # Time.
     "maximize sum_{¦": "t",
     "maximize sum_{t ¦": "in",
@@ -133,12 +135,18 @@ EXACT = {
     # Statements and their settings.
     "world ¦": "desk fork hill house kitchen maze meadow pasture porters",
     "audience ¦": "bayesian average",
-    "audience bayesian(¦": "beta forgetting given level0 prior sharpness",
-    "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness",
+    "audience bayesian(¦": "beta forgetting given level0 prior sharpness switching",
+    "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = ¦": "2",
     "audience bayesian(level0 = ¦": "uniform costs",
+    "audience bayesian(switching = ¦": "0",
+    "audience bayesian(prior(¦": "G_cheese G_robot R_cheese R_robot helpful rho",
+    "audience bayesian(prior(G_robot) = {¦": "green none pink others",
+    "audience bayesian(prior(rho) = {-3: 1, ¦": "-1 0 1 3 others",
+    "audience bayesian(prior(R_robot) = {¦": "true false others",
+    "audience bayesian(prior(rho) = {-3: ¦": "",
     "audience average(¦": "bayesian average",
-    "audience average(bayesian(¦": "beta forgetting given level0 prior sharpness",
+    "audience average(bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "search ¦": "beam naive",
     "search beam(¦": "polish starts width",
     "search beam(starts = ¦": "500",
@@ -163,9 +171,10 @@ def test_exactly_these_words_are_offered(place: str) -> None:
     assert words(offered(place)) == set(EXACT[place].split())
 
 
+OF_KITCHEN = "goal move stay end gamma level0 forgetting switching horizon hypotheses"
 IN_WORLDS = {
-    "world kitchen(¦": "goal move stay end gamma beta level0 forgetting horizon hypotheses",
-    "world kitchen(beta = 1, ¦": "goal move stay end gamma level0 forgetting horizon hypotheses",
+    "world kitchen(¦": "beta " + OF_KITCHEN,
+    "world kitchen(beta = 1, ¦": OF_KITCHEN,
     "world kitchen(beta = ¦": "2",
     "world kitchen(hypotheses = ¦": "merged literal",
     "world hill(evidence = ¦": "motion mass",

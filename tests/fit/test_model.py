@@ -26,6 +26,7 @@ QUESTIONS = (
     "mean_t P(rho < 0 | script[:t])",
     "P(G_robot = pink | script[:t, cheese])",
     "P(rho > 0 | script[:t]) * [at(robot, pink) @ script[t]]",
+    "P(G_cheese = pink @ script[1] | script[:T])",
 )
 
 
@@ -43,7 +44,7 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> list[i2pdsl.Script]:
 
 def test_viewers_answer_as_queries_do(scripts: list[i2pdsl.Script]) -> None:
     """For three kinds of viewers, at all frames, whether evaluated together or alone."""
-    spec = scripts[0].world.spec
+    spec = scripts[0].world.spec.with_settings({"switching": 0.1})
     world = ready_world(spec, (SpecViewer(spec),))
     with computing():
         import jax

@@ -133,4 +133,4 @@ def test_sharpness_is_the_power_of_what_is_expected(tmp_path: Path) -> None:
         for observer, power in ((1, 2.0), (2, 0.5)):
             expected = usual**power / (usual**power).sum(1, keepdims=True)
             np.testing.assert_allclose(np.exp(log_policy[:, :, observer]), expected, rtol=1e-9)
-    assert np.ptp(replay(world, path.states, actions).belief[-1], axis=0).max() > 0.01
+    assert np.ptp(replay(world, path.states, actions).log_belief[-1], axis=0).max() > 0.01

@@ -87,8 +87,9 @@ def shape(node: object) -> str:
         case ast.Argument(name=name, value=value, comparison=comparison):
             other = f" | {shape(comparison)}" if comparison else ""
             return f"{name.id}: {shape(value)}{other}"
-        case ast.Form(name=name, about=about, given=given):
-            return f"{name}({', '.join(map(shape, about))}; {', '.join(map(shape, given))})"
+        case ast.Form(name=name, about=about, given=given, moment=moment):
+            at = f" @ {shape(moment)}" if moment else ""
+            return f"{name}({', '.join(map(shape, about))}{at}; {', '.join(map(shape, given))})"
     assert isinstance(node, ast.Node)
     parts = []
     for f in fields(node):
@@ -173,6 +174,14 @@ def test_precedence(text: str, tree: str | None) -> None:
 
 FORMS_PARSED = [
     ("P(rho > 0 | script[:k], a, b = c)", "P((rho > 0); script[:k], a, (b = c))"),
+    ("P(a = b @ script[8] | script[:k])", "P((a = b) @ script[8]; script[:k])"),
+    ("P(a, b @ script[t] | script[:k])", "P(a, b @ script[t]; script[:k])"),
+    ("E[V(a) @ script[0] | script[:k]]", "E(V(a; ) @ script[0]; script[:k])"),
+    ("entropy(a @ script[t] | script[:k])", "entropy(a @ script[t]; script[:k])"),
+    (
+        "KL(a @ script[t]; script[:a] || script[:b])",
+        "KL(a @ script[t]; script[:a], script[:b])",
+    ),
     ("P(a)", "P(a; )"),
     ("E[V(robot) | script[:t]]", "E(V(robot; ); script[:t])"),
     ("KL(script[:a] || script[:b])", "KL(; script[:a], script[:b])"),

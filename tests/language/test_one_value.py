@@ -149,7 +149,7 @@ def folded(frames: Frame, expression: ty.Typed) -> list[float]:
     for t in range(1, FRAMES + 1):
         state, action = xp.asarray(frames.before[t]), xp.asarray(frames.action[t])
         frame = observe(world, tables, xp.asarray(t), state, action, belief)
-        belief, carry = frame.belief, objective.step(tables, params, carry, frame)
+        belief, carry = frame.log_belief, objective.step(tables, params, carry, frame)
         scores.append(float(objective.score(tables, params, carry, frame)))
     return np.diff(scores).tolist()
 

@@ -235,8 +235,8 @@ def test_looking_ahead_prevents_falls_that_are_beyond_the_window() -> None:
 def test_an_average_of_observers_is_descended_on(search: str) -> None:
     how = "audience average(bayesian(controller = 1), bayesian(controller = 3, sigma = 2))"
     script = solved("depict(weight = 0.5)", 20, search, how).script
-    assert script.frames.belief.shape == (21, 2, 2)
-    both = np.exp(script.frames.belief[:, :, 1]).mean(1)
+    assert script.frames.log_belief.shape == (21, 2, 2)
+    both = np.exp(script.frames.log_belief[:, :, 1]).mean(1)
     np.testing.assert_allclose(script.query("P(weight = 0.5 | script[:t])"), both, atol=1e-9)
 
 

@@ -47,7 +47,7 @@ def scores(objective: Objective, before: int, actions: np.ndarray) -> np.ndarray
     found = []
     for number, action in enumerate(actions, before + 1):
         frame: Frame = observe(world(), tables, np.asarray(number), state, action, belief)
-        state, belief = frame.state, frame.belief
+        state, belief = frame.state, frame.log_belief
         carry = objective.step(tables, params, carry, frame)
         pair = (objective.score, objective.promise)
         found.append([float(value(tables, params, carry, frame)) for value in pair])
@@ -102,7 +102,7 @@ def test_frames_weigh_as_much_in_all_as_those_of_the_longest() -> None:
         alone = story(*asked, "naturalness 0.3", lengths=str(each.length))
         frames = replay(world(), *_walk(each.length))
         weight = typed.length / each.length
-        belief = np.exp(frames.belief[1:, 0])
+        belief = np.exp(frames.log_belief[1:, 0])
         rational = np.array([h["R_one"] for h in world().vocabulary.hypotheses])
         left = np.array([h.get("G_one") == "left" for h in world().vocabulary.hypotheses])
         expected = (belief[:, left & rational].sum(1) / belief[:, rational].sum(1)).sum() * weight

@@ -85,8 +85,8 @@ def test_a_sharper_viewer_is_one_of_another_beta() -> None:
     spec = story.spec
     sharp = ready_world(spec, (Viewer(spec.with_settings({"beta": 2 * spec.settings.beta})),))
     other = world.with_audience(2.0, world.forgetting(world.tables), world.log_prior(world.tables))
-    expected = replay(sharp, path.states, path.actions).belief
-    assert np.allclose(replay(other, path.states, path.actions).belief, expected, atol=1e-9)
+    expected = replay(sharp, path.states, path.actions).log_belief
+    assert np.allclose(replay(other, path.states, path.actions).log_belief, expected, atol=1e-9)
 
 
 def test_judgements_are_the_objective_before_each_member(told: Story) -> None:
@@ -110,7 +110,9 @@ def test_scaled_rows_are_rows_of_other_viewers() -> None:
     for member in panel(hill.typed, world)[:2]:
         assert member.world.rows_are_scaled
         anew = replay(member.world, path.states, path.actions)
-        assert np.allclose(member.watch(path, script.frames).belief, anew.belief, atol=1e-12)
+        assert np.allclose(
+            member.watch(path, script.frames).log_belief, anew.log_belief, atol=1e-12
+        )
 
 
 def test_a_wide_panel_also_imagines_another_level_0(told: Story, folder: Path) -> None:
@@ -144,8 +146,8 @@ def test_in_a_plane_a_wide_panel_also_looks_at_whole_ways() -> None:
     assert [m.imagines_otherwise for m in members] == [False, True] * MEMBERS
     for member in members[:4]:
         anew = replay(member.world, states, actions)
-        np.testing.assert_allclose(member.watch(path, known).belief, anew.belief, atol=1e-9)
-    usual, wide = (m.watch(path, known).belief for m in members[:2])
+        np.testing.assert_allclose(member.watch(path, known).log_belief, anew.log_belief, atol=1e-9)
+    usual, wide = (m.watch(path, known).log_belief for m in members[:2])
     assert np.abs(usual - wide).max() > 1e-3
 
 

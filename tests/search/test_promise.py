@@ -41,7 +41,7 @@ def believed(pair: Pair, text: str) -> tuple[list[float], list[float], list[floa
         action = state * 0 + generator.choice(valid)
         frame = observe(world, tables, state * 0 + number, state, action, belief)
         carry = fold.step(tables, fold.params, carry, frame)
-        state, belief = frame.state, frame.belief
+        state, belief = frame.state, frame.log_belief
         scores.append(float(fold.score(tables, fold.params, carry, frame)))
         promises.append(float(fold.promise(tables, fold.params, carry, frame)))
         beliefs.append(_share(belief, helps, sane))

@@ -108,7 +108,7 @@ def prefix_score(objective: Objective, walk: Walk, count: int) -> float:
     for number, action in enumerate(walks()[walk][:count], 1):
         state = np.asarray(walk[number - 1])
         frame = observe(world(), tables, np.asarray(number), state, np.asarray(action), belief)
-        belief = frame.belief
+        belief = frame.log_belief
         carry = objective.step(tables, params, carry, frame)
     return float(objective.score(tables, params, carry, frame))
 
@@ -146,7 +146,7 @@ def test_beliefs_of_single_frames_are_kept_without_all_frames() -> None:
     assert not objective.keeps_history
     for walk in walks():
         frames = frames_of(walk)
-        belief = np.exp(frames.belief[:, 0])
+        belief = np.exp(frames.log_belief[:, 0])
         seen = world().vocabulary.hypotheses.index({"G_one": "left", "R_one": True})
         rational = np.array([h["R_one"] for h in world().vocabulary.hypotheses])
         after = [b * rational / b[rational].sum() for b in belief]

@@ -149,7 +149,7 @@ def test_frames_that_hurt_are_the_fewest_that_make_half(
         p = np.array((0.5, *probabilities))[:, None, None]
         belief = helps * p / helps.sum() + others * (1 - p) / others.sum()
         with np.errstate(divide="ignore"):
-            return found.script.frames._replace(belief=np.log(belief))
+            return found.script.frames._replace(log_belief=np.log(belief))
 
     value = found.script.check("sum_t P(rho > 0 | script[:t])").value
     told = wish("maximize", 1, value, torn.world(), believing(reached), believing((0.9,) * 5))
@@ -209,13 +209,13 @@ def test_doubts_are_about_characters_who_seem_to_act_at_random(torn: Story, foun
     belief = np.where(rational, 1e-3, 1.0)[None, None]
     belief = np.log(belief / belief.sum(-1, keepdims=True))
     random = np.repeat(belief, script.length + 1, axis=0)
-    (swamped,) = doubts(typed, script.world, script.frames._replace(belief=random))
+    (swamped,) = doubts(typed, script.world, script.frames._replace(log_belief=random))
     assert swamped.code == "swamped"
     assert swamped.severity == "warning"
     assert swamped.span.text.startswith("maximize sum_t P(rho > 0")
-    once = script.frames.belief.copy()
+    once = script.frames.log_belief.copy()
     once[3] = belief[0]
-    (refuted,) = doubts(typed, script.world, script.frames._replace(belief=once))
+    (refuted,) = doubts(typed, script.world, script.frames._replace(log_belief=once))
     assert refuted.code == "refuted"
     assert "frame 3" in refuted.message
 
@@ -226,7 +226,7 @@ def test_an_assumption_of_the_story_is_doubted_at_its_place(folder: Path) -> Non
     world = story.world()
     frames = story.solve(seed=0).script.frames
     green = np.array([row.get("G_robot") == "green" for row in world.vocabulary.hypotheses])
-    belief = np.where(green[None, None], frames.belief - 9, frames.belief)
+    belief = np.where(green[None, None], frames.log_belief - 9, frames.log_belief)
     belief = belief - np.log(np.exp(belief).sum(-1, keepdims=True))
-    (refuted,) = doubts(story.typed, world, frames._replace(belief=belief))
+    (refuted,) = doubts(story.typed, world, frames._replace(log_belief=belief))
     assert refuted.span.text == "assume G_robot = green"

@@ -293,7 +293,7 @@ def test_beliefs_are_of_the_frame_that_is_left() -> None:
                 belief[h] *= weights[act] / sum(weights)
             belief /= belief.sum()
             belief = belief * (1 - 1e-5) + 1e-5 / len(rows)
-        np.testing.assert_allclose(np.exp(frames.belief[t + 1, 0]), belief, rtol=1e-4)
+        np.testing.assert_allclose(np.exp(frames.log_belief[t + 1, 0]), belief, rtol=1e-4)
 
 
 def test_without_a_horizon_who_act_at_once_plan_without_end() -> None:

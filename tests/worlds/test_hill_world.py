@@ -78,7 +78,7 @@ def test_beliefs_and_values_agree_with_the_reference(truth: float, will: str, la
             logs.append(reference.log_likelihood(after, predicted, 0.7))
         np.testing.assert_allclose(frames.log_rows[t + 1, 0, 0], logs, atol=1e-7)
         belief = reference.update(belief, logs, 1e-3)
-        np.testing.assert_allclose(np.exp(frames.belief[t + 1, 0]), belief, atol=1e-7)
+        np.testing.assert_allclose(np.exp(frames.log_belief[t + 1, 0]), belief, atol=1e-7)
         values = [
             100 * reference.network(reference_network("value"), reference_inputs(after, w))[0]
             for w, _ in rows
@@ -92,7 +92,7 @@ def test_who_knows_the_muscles_is_never_persuaded() -> None:
     path = hill_rollout(hill, 40, 2.0, seed=0)
     frames = replay(hill, path.states, path.actions)
     np.testing.assert_allclose(frames.log_rows[1:, 0, 0, 0], 0.0, atol=1e-12)
-    assert (frames.belief[1:, 0, 1] < np.log(0.5)).all()
+    assert (frames.log_belief[1:, 0, 1] < np.log(0.5)).all()
 
 
 def test_viewers_stand_side_by_side() -> None:
@@ -104,13 +104,13 @@ def test_viewers_stand_side_by_side() -> None:
     both = replay(build_hill(spec, (one, other)), path.states, path.actions)
     for i, viewer in enumerate((one, other)):
         alone = replay(build_hill(spec, (viewer,)), path.states, path.actions)
-        np.testing.assert_allclose(both.belief[:, i], alone.belief[:, 0], atol=1e-9)
+        np.testing.assert_allclose(both.log_belief[:, i], alone.log_belief[:, 0], atol=1e-9)
 
 
 def test_beliefs_sum_to_one_and_hypotheses_can_be_renamed() -> None:
     path = hill_rollout(world(), 20, 0.3, seed=2)
     frames = replay(world(), path.states, path.actions)
-    np.testing.assert_allclose(np.exp(frames.belief).sum(-1), 1.0)
+    np.testing.assert_allclose(np.exp(frames.log_belief).sum(-1), 1.0)
     hill = world()
     swapped = hill.tables._replace(
         masses=hill.tables.masses[::-1],
@@ -118,7 +118,7 @@ def test_beliefs_sum_to_one_and_hypotheses_can_be_renamed() -> None:
         values=_reversed(hill.tables.values),
     )
     again = replay(HillWorld(hill.spec, swapped), path.states, path.actions)
-    np.testing.assert_allclose(again.belief[..., ::-1], frames.belief, atol=1e-9)
+    np.testing.assert_allclose(again.log_belief[..., ::-1], frames.log_belief, atol=1e-9)
 
 
 def _reversed(layers: files.Layers) -> files.Layers:
@@ -183,7 +183,7 @@ def test_who_does_its_best_is_told_from_who_does_not(will: str) -> None:
     """The weight too, though where little moves there is less to see of it."""
     hill = world(weight=0.5, will=will, lazy=0.15)
     path = hill_rollout(hill, 60, 0.0, seed=0)
-    belief = np.exp(replay(hill, path.states, path.actions).belief[-1, 0])
+    belief = np.exp(replay(hill, path.states, path.actions).log_belief[-1, 0])
     rows = hill.spec.hypotheses
     assert sum(p for p, row in zip(belief, rows, strict=True) if row[1] == will) > 0.9
     assert rows[belief.argmax()] == (0.5, will)
@@ -193,7 +193,7 @@ def test_who_does_its_best_is_told_from_who_does_not(will: str) -> None:
 def test_honest_motion_is_recognised_within_forty_frames(truth: float) -> None:
     hill = world(weight=truth)
     path = hill_rollout(hill, 40, 0.0, seed=0)
-    heavy = np.exp(replay(hill, path.states, path.actions).belief[:, 0, 1])
+    heavy = np.exp(replay(hill, path.states, path.actions).log_belief[:, 0, 1])
     right = heavy < 0.05 if truth == 0.1 else heavy > 0.95
     assert right[10:].any(), heavy
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from i2pdsl.audience.filter import Switching
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -33,6 +34,7 @@ class Tables(NamedTuple):
         goals: for each character [P, N + 1], whether a cell is the problem's goal.
         log_prior [O, H]: the belief before anything moved.
         forgetting [O]: share of belief that is reassigned after each action.
+        switching: how each character's goal changes after its actions; empty if none does.
         layer []: S, where there is a horizon; else None.
         against: what each character expects of the other who acts together with it; else None.
     """
@@ -53,6 +55,7 @@ class Tables(NamedTuple):
     goals: tuple[Array, ...]
     log_prior: Array
     forgetting: Array
+    switching: tuple[Switching, ...] = ()
     layer: Array | None = None
     against: tuple[Against, ...] | None = None
 

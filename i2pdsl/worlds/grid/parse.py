@@ -16,6 +16,7 @@ from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.worlds.blocks import Block, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
     FLOOR,
@@ -32,7 +33,7 @@ from i2pdsl.worlds.grid.spec import (
 )
 from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, latents_of, rationality_of
 
 EVENTS = ("deus",)
 TOGETHER = "together"
@@ -114,6 +115,10 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
+        shares = self.shares(latents_of(characters))
+        if shares and not self.problems:
+            self.check_prior(shares, grid_hypotheses(spec))
+        spec = replace(spec, shares=shares)
         needed = len(characters) + sum(t.count for t in things if not t.may_be_absent)
         if rows and not self.incomplete and len(spec.free_cells) < needed:
             free = len(spec.free_cells)
@@ -522,5 +527,6 @@ SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+    "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 assert set(SETTING_WORDS) | set(SETTING_RANGES) == {f.name for f in dataclass_fields(Settings)}

@@ -20,6 +20,7 @@ WALL = "#"
 FLOOR = "."
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
 Cell = tuple[int, int]  # (column, row)
+Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
 GROUNDS = ("checker", "boards", "grass", "plain")
 
 
@@ -111,6 +112,7 @@ class Settings:
     beta: float = 2.0  # inverse temperature of the softmax policies
     level0: str = "uniform"  # how the modelled one believes that the other acts: uniform | costs
     forgetting: float = 1e-5  # epsilon, the share of belief that is reassigned after each action
+    switching: float = 0.0  # the chance that who acted wants something else from then on
     horizon: int = 0  # frames that there are in all; 0: planning has no end
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
 
@@ -123,6 +125,7 @@ class GridSpec:
         walls: pairs of neighbouring cells between which there is a wall, the northern or western
             one first.
         together: whether both characters choose at the same time (model.py says what follows).
+        shares: what viewers think of latents at first: pairs of a value and its weight.
     """
 
     kind: ClassVar[str] = "grid"
@@ -140,6 +143,7 @@ class GridSpec:
     look: Look = field(default_factory=Look)
     walls: tuple[tuple[Cell, Cell], ...] = ()
     together: bool = False
+    shares: Shares = ()
 
     @cached_property
     def free_cells(self) -> tuple[tuple[int, int], ...]:
@@ -236,9 +240,10 @@ class GridSpec:
     def planning_key(self) -> str:
         """A digest of all that planning depends on: not of drawing hints or documentation."""
         content = asdict(self)
-        for key in ("name", "floor", "wall", "documentation", "source", "events", "look"):
+        for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
         content["settings"].pop("forgetting")
+        content["settings"].pop("switching")
         content["settings"].pop("hypotheses")
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
+from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import latents_of, rationality_of
 
 PREDICATES = (
     Predicate("at", ("thing", "place"), "it stands on the tile or cell"),
@@ -47,29 +47,19 @@ _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
     "forgetting": "share of the belief that is reassigned after each action",
+    "switching": "the chance, after each action, that who acted draws its goal anew, for all that "
+    "viewers know",
 }
 
 
 def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     """The vocabulary of a grid world, from its .world file alone."""
     characters = tuple(c.name for c in spec.characters)
-    latents: dict[str, Latent] = {}
-    social = spec.social
-    if social:
-        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
-        # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
-        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
-        latents[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
-    for c in spec.characters:
-        latents[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
-    for name in characters:
-        about = f"whether {name} acts rationally, or at random"
-        latents[rationality_of(name)] = Latent(rationality_of(name), "truth", (True, False), about)
     actions = ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS
     columns = len(spec.rows[0]) if spec.rows else 0
     return Vocabulary(
         world=spec.name,
-        latents=latents,
+        latents=latents_of(spec.characters),
         hypotheses=grid_hypotheses(spec),
         characters=characters,
         rational={name: rationality_of(name) for name in characters},
@@ -90,13 +80,14 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
             for f in fields(spec.settings)
         },
-        observer_settings=("beta", "forgetting", "level0"),
+        observer_settings=("beta", "forgetting", "level0", "switching"),
         free=frozenset(spec.free_cells),
         automatic=_automatic(spec),
         usual_length=min(15, spec.settings.horizon or 15),
         longest=spec.settings.horizon or None,
         limited_to={c.name: c.actions for c in spec.characters if len(c.actions) < len(actions)},
         documentation=spec.documentation,
+        shares={name: dict(weights) for name, weights in spec.shares},
     )
 
 

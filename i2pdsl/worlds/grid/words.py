@@ -27,7 +27,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "event": ("drops",),
     "rewards": ("goal", "move", "stay", "end"),
     "planning": ("gamma", "beta", "level0", "order", "horizon"),
-    "audience": ("forgetting", "hypotheses"),
+    "audience": ("forgetting", "switching", "hypotheses"),
     "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }
 """The keys of each block."""
@@ -64,7 +64,7 @@ _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
 _ONLY_CELL = "there is nothing to carry, lose or remember: a character is in its cell, and no more"
 _LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
-_PRIOR = "belongs in the story: `audience bayesian(prior = ...)`"
+_PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
 _FLOOR = "a kind of floor is a `tile`; it can be a goal, and changes nothing about moving"

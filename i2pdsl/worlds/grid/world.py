@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from i2pdsl.audience.filter import Switching
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
@@ -27,7 +28,14 @@ from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
-from i2pdsl.worlds.world import Branches, Viewer, forgetting_of, log_priors, on_device
+from i2pdsl.worlds.world import (
+    Branches,
+    Viewer,
+    forgetting_of,
+    log_priors,
+    on_device,
+    switching_of,
+)
 
 Array = Any
 
@@ -84,6 +92,9 @@ class GridWorld:
 
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
+
+    def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
+        return tables.switching or (None,) * len(self.moves.weak)
 
     def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
@@ -214,7 +225,8 @@ class GridWorld:
         is expected to do."""
         sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
         told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
-        return replace(self, tables=self.tables._replace(**told))
+        switching = tuple(each.given(log_prior) for each in self.tables.switching)
+        return replace(self, tables=self.tables._replace(**told, switching=switching))
 
     action_shape = ()
     rows_are_scaled = False
@@ -317,6 +329,8 @@ def assemble(
         columns.append(column)
         sharpness.append(beta)
     coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
+    words = grid_vocabulary(spec)
+    log_prior = log_priors(viewers, words)
     tables = Tables(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
@@ -332,8 +346,9 @@ def assemble(
         columns=tuple(columns),
         sharpness=tuple(sharpness),
         goals=tuple(goals),
-        log_prior=log_priors(viewers, len(rows)),
+        log_prior=log_prior,
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
+        switching=switching_of(viewers, words, log_prior),
         layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
     )

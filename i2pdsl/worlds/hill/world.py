@@ -98,6 +98,9 @@ class HillWorld(ContinuousWorld):
         told = {"sigma": sigma, "forgetting": forgetting, "log_prior": log_prior}
         return replace(self, tables=self.tables._replace(**told))
 
+    def switching(self, tables: model.Tables) -> tuple[None, ...]:
+        return (None,)  # nobody here has a goal
+
     def starts(self) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
@@ -150,7 +153,7 @@ def build_hill(
         ),
         sigma=np.array([float(v.spec.settings.sigma) / v.sharpness**0.5 for v in viewers]),
         knows=np.array([v.spec.settings.evidence == "mass" for v in viewers]),
-        log_prior=log_priors(viewers, len(rows)),
+        log_prior=log_priors(viewers, hill_vocabulary(spec)),
         forgetting=forgetting_of(viewers, [float(v.spec.settings.forgetting) for v in viewers]),
     )
     return HillWorld(spec, tables)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, first_of, shorten
 from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.language.statements import check_text
 from i2pdsl.worlds.blocks import Block, BlockReader, Syntax, Value, header
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, latents_of, rationality_of
+from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.spec import (
     APPROACH,
     AVOID,
@@ -31,7 +33,7 @@ KEYS: dict[str, tuple[str, ...]] = {
         *("at", "radius", "speed", "mass", "goals", "toward", "attitude", "sprite", "color"),
     ),
     "planning": ("beta", "safe"),
-    "audience": ("observer", "forgetting"),
+    "audience": ("observer", "forgetting", "switching"),
     "drawing": ("floor",),
 }
 _PLACE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
@@ -118,10 +120,14 @@ class _Reader(BlockReader):
         floor: str = "#f1e8d8"
         for block in of("drawing"):
             floor = self.color(block, "floor", floor)
-        return PlaneSpec(
+        spec = PlaneSpec(
             name, self.width, self.height, walls, places, characters, PlaneSettings(**values),
             floor, header(self.source), self.source.text,
         )  # fmt: skip
+        shares = self.shares(latents_of(characters))
+        if shares and not self.problems:
+            self.check_prior(shares, plane_hypotheses(spec))
+        return replace(spec, shares=shares)
 
     def unique_names(self) -> None:
         seen: dict[str, Span] = {}

@@ -85,11 +85,13 @@ class PlaneSettings:
     safe: float = 4.0  # the distance at which who avoids the other is content
     observer: str = "step"  # step | path: whether viewers weigh steps or the path so far
     forgetting: float = 0.005  # the share of belief that is reassigned after each move
+    switching: float = 0.0  # the chance that who moved wants something else from then on
 
 
 @dataclass(frozen=True)
 class PlaneSpec:
-    """A plane; characters stand in the order of the file."""
+    """A plane; characters stand in the order of the file. `shares` is what viewers think of latents
+    at first: pairs of a value and its weight."""
 
     name: str
     width: float
@@ -101,6 +103,7 @@ class PlaneSpec:
     floor: str = "#f1e8d8"
     documentation: str = ""
     source: str = ""
+    shares: tuple[tuple[str, tuple[tuple[Any, float], ...]], ...] = ()
     kind: ClassVar[str] = KIND
 
     @property

@@ -12,6 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from i2pdsl.audience.filter import Switching
+
 Array = Any
 
 
@@ -63,6 +65,7 @@ class Tables(NamedTuple):
         beta [O]; by_path [O]: whether an observer weighs the path rather than steps.
         nodes [K, 2]: of a quadrature over the unit disc; log_weights [K].
         log_prior [O, H]; forgetting [O].
+        switching: how each character's goal changes after its moves; empty if none does.
     """
 
     size: Array
@@ -85,6 +88,7 @@ class Tables(NamedTuple):
     log_weights: Array
     log_prior: Array
     forgetting: Array
+    switching: tuple[Switching, ...] = ()
 
 
 def each(numbers: Array, count: int) -> list[Array]:

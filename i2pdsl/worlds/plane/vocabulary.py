@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary
+from i2pdsl.worlds.hypotheses import latents_of, rationality_of
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
@@ -55,6 +55,7 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "beta": (lambda x: 0 < x <= 1e3, "above 0 and at most 1000"),
     "safe": (lambda x: 0 < x <= 1e4, "above 0 and at most 10000"),
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+    "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
 _DOCUMENTATION = {
@@ -63,27 +64,17 @@ _DOCUMENTATION = {
     "observer": "step: viewers weigh each move against all others; path: the way so far and the "
     "way that is left against the shortest one (Dragan, Lee and Srinivasa 2013)",
     "forgetting": "share of the belief that is reassigned after each move",
+    "switching": "the chance, after each move, that who moved draws its goal anew, for all that "
+    "viewers know",
 }
 
 
 def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
     """The vocabulary of a plane, from its .world file alone."""
-    latents: dict[str, Latent] = {}
-    social = spec.social
-    if social:
-        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
-        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
-        latents[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
-    for c in spec.characters:
-        latents[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
-    for c in spec.characters:
-        about = f"whether {c.name} acts rationally, or at random"
-        rational = rationality_of(c.name)
-        latents[rational] = Latent(rational, "truth", (True, False), about)
     predicates = ALONE + (TOGETHER if len(spec.characters) == 2 else ())
     return Vocabulary(
         world=spec.name,
-        latents=latents,
+        latents=latents_of(spec.characters),
         hypotheses=plane_hypotheses(spec),
         characters=tuple(c.name for c in spec.characters),
         rational={c.name: rationality_of(c.name) for c in spec.characters},
@@ -99,11 +90,12 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
-        observer_settings=("beta", "forgetting", "observer"),
+        observer_settings=("beta", "forgetting", "observer", "switching"),
         automatic=frozenset({"rationality"}),
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,
+        shares={name: dict(weights) for name, weights in spec.shares},
     )
 
 

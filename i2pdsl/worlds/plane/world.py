@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.audience.filter import Switching
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
@@ -19,7 +20,13 @@ from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
 from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, forgetting_of, log_priors
+from i2pdsl.worlds.world import (
+    ContinuousWorld,
+    Viewer,
+    forgetting_of,
+    log_priors,
+    switching_of,
+)
 
 Array = Any
 
@@ -90,7 +97,11 @@ class PlaneWorld(ContinuousWorld):
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
         beta = sharpness * self.tables.beta
         told = {"beta": beta, "forgetting": forgetting, "log_prior": log_prior}
-        return replace(self, tables=self.tables._replace(**told))
+        switching = tuple(each.given(log_prior) for each in self.tables.switching)
+        return replace(self, tables=self.tables._replace(**told, switching=switching))
+
+    def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
+        return tables.switching or (None,) * self.cast.count
 
     # Beginnings.
 
@@ -132,7 +143,7 @@ class PlaneWorld(ContinuousWorld):
 def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> PlaneWorld:
     """Finds the shortest ways among the walls, and puts the viewers' numbers side by side."""
     viewers = viewers or (Viewer(spec),)
-    rows, cast = plane_hypotheses(spec), spec.characters
+    cast = spec.characters
     each = lambda key: np.array([float(getattr(c, key)) for c in cast])
     social = next((i for i, c in enumerate(cast) if c.toward), None)
     steps = [v.spec.settings.observer == "step" for v in viewers]
@@ -140,6 +151,8 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         spec.segments, each_radius(spec), tuple(p.at for p in spec.places), spec.width, spec.height
     )
     nodes, weights = disc(DIRECTIONS, SPEEDS)
+    words = plane_vocabulary(spec)
+    log_prior = log_priors(viewers, words)
     tables = Tables(
         size=np.array([spec.width, spec.height]),
         walls=np.array(spec.segments, float).reshape(-1, 2, 2),
@@ -159,8 +172,9 @@ def build_plane(spec: PlaneSpec, viewers: tuple[Viewer, ...] | None = None) -> P
         by_path=~np.array(steps),
         nodes=nodes,
         log_weights=np.log(weights),
-        log_prior=log_priors(viewers, len(rows)),
+        log_prior=log_prior,
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
+        switching=switching_of(viewers, words, log_prior),
     )
     return PlaneWorld(spec, tables, Cast(len(cast), social, any(steps), not all(steps)))
 

@@ -1,0 +1,15 @@
+world kitchen
+length 15
+audience a = bayesian(prior(rho) = {0: 1})
+audience b = bayesian(prior(rho) = {2: 1, -1: 1, others: 1})
+audience c = bayesian(prior(roh) = {0: 1, others: 1})
+audience d = bayesian(prior(G_cheese) = {pikn: 1, pink: -1, others: 2})
+audience e = bayesian(prior(G_cheese) = {pink: 0, green: 0})
+audience f = bayesian(prior(G_cheese) = {pink: 0, green: 1, others: 2})
+audience g = bayesian(prior(rho) = {0: 1, others: 0}, prior(G_robot) = {none: 1, others: 0})
+audience h = bayesian(prior(rho) = {0: 1, 0: 2, others: 1})
+audience i = bayesian(prior(rho, 3) = {-1: 3})
+audience j = bayesian(beta(rho) = {1: 2})
+audience k = bayesian(prior(rho) = {-1: 1, others: 2}, prior(rho) = {-1: 1, others: 2})
+audience l = bayesian(switching = 2)
+maximize P[a](rho > 0 | script[:T])
