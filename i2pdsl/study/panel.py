@@ -162,7 +162,7 @@ def beliefs(
             seen = None
             if rows is not None:
                 seen = tuple(viewer.sharpness * np.moveaxis(rows, 2, 0))
-            belief = replay_all(his, states, actions, seen, regrets=False).belief[:, :, 0]
+            belief = replay_all(his, states, actions, seen, regrets=False).log_belief[:, :, 0]
             belief = belief[:, 1:] if study.question.throughout else belief[:, -1:]
             held = np.exp(belief) * assumed  # [N, T, H]
             share = held @ events.T / held.sum(-1, keepdims=True)
