@@ -31,6 +31,7 @@ bench: $(READY)
 	$(BIN)/python benchmarks/kitchen.py
 	$(BIN)/python benchmarks/hill.py
 	$(BIN)/python benchmarks/new_world.py
+	$(BIN)/python benchmarks/peers.py
 
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "i2pdsl needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)")'

@@ -89,6 +89,7 @@ def processes(cache: Path, out: Path) -> None:
 
 def searches(cache: Path) -> None:
     print("searches, once planned (all starts; tables in memory)")
+    from i2pdsl.objective.starts import allowed_starts
     from i2pdsl.objective.terms import story_objective
     from i2pdsl.pipeline import load
     from i2pdsl.search.beam import beam_search
@@ -98,9 +99,8 @@ def searches(cache: Path) -> None:
         story = load(path)
         world, plan = story.world(), story.typed.search
         objective = story_objective(story.typed, world)
-        starts = draw_starts(story.allowed_starts(world), plan.starts, 0)
-        names = world.spec.entities
-        events = tuple(world.moves.events.index(names.index(t)) for _, t in story.typed.allow)
+        starts = draw_starts(allowed_starts(world, story.typed.start), plan.starts, 0)
+        events = world.events(story.typed.allow)
         search = partial(
             beam_search, world, objective, story.typed.length, starts, plan.width, events
         )

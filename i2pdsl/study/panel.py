@@ -142,9 +142,13 @@ def beliefs(
     events, assumed = np.array(ground.masks, float), np.array(ground.assumed, float)
     found = np.zeros((len(viewers), len(paths), len(events)))
     alike: dict[tuple[tuple[str, float | str], ...], list[int]] = {}
-    known = ground.vocabulary.observer_settings
+    words = ground.vocabulary
     for number, viewer in enumerate(viewers):
-        settings = tuple((name, value) for name, value in viewer.settings if name in known)
+        settings = tuple(
+            (name, value)
+            for name, value in viewer.settings
+            if name in words.observer_settings and words.settings[name].holds(value)
+        )
         alike.setdefault(settings, []).append(number)
     for settings, numbers in alike.items():
         spec = ground.spec.with_settings(dict(settings))
