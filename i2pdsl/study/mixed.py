@@ -31,9 +31,9 @@ from i2pdsl.programs import LASTING
 Array = Any
 
 CHAINS, WARMUP, DRAWS = 4, 300, 400
-# A little more than a quarter of the period of a standard normal, which most effects are by
+# Between a quarter and half of the period of a standard normal, which most effects are by
 # themselves: NUTS finds the same and takes three times as long to compile.
-TRAJECTORY = 1.8
+TRAJECTORY = 2.2
 POINTS = 21  # of the quadrature over people and films
 WIDE, SPREAD = 2.5, 1.5  # thought of beforehand: of the middles, and of all spreads
 _KEPT = ("middle", "spread", "films")
