@@ -67,7 +67,7 @@ def test_beliefs_and_scores_agree() -> None:
     starts, actions = scripts(world)
     paths = [trajectory(world, s, one) for s, one in zip(starts, actions, strict=True)]
     frames = replay_all(world, np.array([p.states for p in paths]), actions)
-    ours = probability(frames.belief, a.helps, a.rational)
+    ours = probability(frames.log_belief, a.helps, a.rational)
     assert peer_numpy.posterior(a, *policies, starts, actions) == pytest.approx(ours, abs=1e-7)
     story = story_in(world, LENGTH, OBJECTIVE)
     scores = [score_script(story, world, replay(world, p.states, p.actions)) for p in paths]

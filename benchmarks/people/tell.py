@@ -33,6 +33,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="where the scripts go")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
+    file = given.folder / "people.toml"
     films = given.out or Path(tempfile.mkdtemp())
     films.mkdir(parents=True, exist_ok=True)
     print("| world | story | told to | usual viewers believe | people believe | still frames |")
@@ -47,7 +48,7 @@ def main() -> None:
                 script = story.solve(seed=given.seed).script
                 script.save(films / f"{world.replace(' ', '-')}-{name}-{told_to}.json")
                 usual = script if audience is None else script.seen_by("bayesian()")
-                people = script.seen_by('"people.toml"') if audience is None else script
+                people = script.seen_by(f'"{file}"') if audience is None else script
                 seen = " | ".join(f"{float(each.query(asked)):.2f}" for each in (usual, people))
                 print(f"| {world} | {name} | {told_to} | {seen} | {script.still:.0%} |", flush=True)
 

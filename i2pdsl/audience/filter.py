@@ -74,17 +74,31 @@ def update(
         switching: of who acted; None if nobody's goal changes.
     """
     joint = log_belief + log_likelihood
-    return later(joint - log_sum(joint)[..., None], forgetting, switching)
+    xp = joint.__array_namespace__()
+    top = xp.max(joint, axis=-1, keepdims=True)
+    weights = xp.exp(joint - xp.where(top > -xp.inf, top, 0.0))
+    total = weights.sum(-1, keepdims=True)
+    # A sum of 0 is that of a belief which thinks nothing possible, and stays so.
+    after = joint - (top + xp.log(xp.where(total > 0, total, 1.0)))
+    return _after_chain(after, weights / total, forgetting, switching)
 
 
 def later(log_belief: Array, forgetting: Array, switching: Switching | None = None) -> Array:
     """The belief after one step of the hidden chain: first p <- p (1 - e) + (1 - p) e / (N - 1),
     then p <- (1 - g) p + g P(H | its group) P(its group)."""
     xp = log_belief.__array_namespace__()
+    return _after_chain(log_belief, xp.exp(log_belief), forgetting, switching)
+
+
+def _after_chain(
+    log_belief: Array, belief: Array, forgetting: Array, switching: Switching | None
+) -> Array:
+    """`later`, of a belief that is known both ways."""
+    xp = log_belief.__array_namespace__()
     spread = _spread(xp, forgetting, log_belief.shape[-1])
     if spread is not None:
         each, share = spread
-        mixed = share + (1 - each - share) * xp.exp(log_belief)
+        mixed = share + (1 - each - share) * belief
         # Without forgetting the logs are kept exactly: exp would lose what is far below the rest.
         positive = each > 0
         log_belief = xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)), log_belief)

@@ -21,7 +21,9 @@ def _namespace(array: Array) -> Any:
 def probability(log_belief: Array, event: Array, mask: Array) -> Array:
     """P(event | mask) = P(event and mask) / P(mask), [...]."""
     xp = _namespace(log_belief)
-    return xp.exp(log_sum(log_belief, event & mask) - log_sum(log_belief, mask)).mean(-1)
+    held = xp.where(mask, log_belief, -xp.inf)
+    weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
+    return (xp.where(event, weights, 0.0).sum(-1) / weights.sum(-1)).mean(-1)
 
 
 def conditioned(log_belief: Array, mask: Array) -> Array:
