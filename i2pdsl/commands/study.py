@@ -21,14 +21,35 @@ if TYPE_CHECKING:
 @click.option("--out", type=click.Path(file_okay=False), help="Folder; default out/STUDY.")
 @click.option("--seeds", type=Numbers("seeds"), help="Other seeds than those of the file.")
 @click.option("--workers", type=click.IntRange(1, 1024), default=None, help="Processes.")
+@click.option(
+    "--kit", type=click.Path(file_okay=False), help="Writes a folder of pages for people instead."
+)
+@click.option("--each", type=click.IntRange(1, 10_000), help="Films that each of them sees; 40.")
+@click.option(
+    "--analyse",
+    type=click.Path(),
+    multiple=True,
+    metavar="CSV",
+    help="Analyses people's answers instead: a table, or a folder of them; several times.",
+)
+@click.option("--keep-all", is_flag=True, help="Those count who failed a check or stopped, too.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def study(
-    study: str, out: str | None, seeds: list[int] | None, workers: int | None, as_json: bool
+    study: str,
+    out: str | None,
+    seeds: list[int] | None,
+    workers: int | None,
+    kit: str | None,
+    each: int | None,
+    analyse: tuple[str, ...],
+    keep_all: bool,
+    as_json: bool,
 ) -> int:
     """Run a study on a simulated panel of viewers: what share of them sees what its films are to
     show, beside people's figures.
 
-    Its films are made first; what is there already is not made again.
+    Its films are made first; what is there already is not made again. With --kit they are for
+    people, whose answers --analyse reads.
     """
     from i2pdsl.progress import Bars
     from i2pdsl.study.check import check_study
@@ -45,6 +66,12 @@ def study(
     folder = Path(out) if out is not None else Path("out", plain_name(read.name))
     check_writable(folder)
     films = Films(read, grounds, folder)
+    if kit is not None and analyse:
+        raise click.UsageError("--kit and --analyse are two things, one after the other")
+    if analyse:
+        from i2pdsl.commands.people import analysed
+
+        return analysed(films, [Path(place) for place in analyse], folder, keep_all, as_json)
     status = DONE
     with Bars() as bars:
         try:
@@ -53,7 +80,12 @@ def study(
                 films.make(do, bars.sweeping)
         except KeyboardInterrupt:
             status = INTERRUPTED
-        panels = _judged(films, folder, bars) if films.made and status == DONE else []
+        if kit is not None and status == DONE and not films.wrong:
+            from i2pdsl.commands.people import made_kit
+
+            return made_kit(films, Path(kit), each, bars, as_json)
+        is_judged = films.made and status == DONE and kit is None
+        panels = _judged(films, folder, bars) if is_judged else []
     document = {
         "study": read.name,
         "title": read.title,
@@ -64,6 +96,8 @@ def study(
     }
     for place, error in films.wrong.items():
         click.echo(f"{place}: {error}", err=True)
+    if kit is not None:
+        click.echo("without all films there is no kit", err=True)
     if as_json:
         output_json(document)
     else:

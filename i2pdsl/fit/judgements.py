@@ -39,7 +39,7 @@ class Judgement:
         frame: how much of the script was seen; None for all of it.
         question: the text in the table.
         answer: between 0 and 1, or the label of a choice.
-        line: of the table, from 1.
+        more: what its row says in further columns.
     """
 
     participant: str
@@ -47,6 +47,7 @@ class Judgement:
     frame: int | None
     question: str
     answer: float | str
+    more: Mapping[str, str] = field(default_factory=dict)
     spans: Mapping[str, Span] = field(compare=False, repr=False, default_factory=dict)
 
     def wrong(self, column: str, message: str, hint: str | None = None) -> Diagnostic:
@@ -71,7 +72,7 @@ def read_judgements(
     installed.
     """
     source = _as_csv(Path(path))
-    rows = _rows(source)
+    rows = read_table(source)
     head = next(rows, None)
     if head is None:
         message, hint = "the table is empty", f"its first line is {','.join(COLUMNS)}"
@@ -81,7 +82,9 @@ def read_judgements(
     if problems:
         raise StoryError(problems)
     reader = _Reader(scale, question, choices or {}, names, _separator(source.text))
-    found = [reader.judgement(cells) for cells in rows if any(text for text, _ in cells)]
+    texts = ((cells, [text for text, _ in cells]) for cells in rows)
+    # Tables that were put behind each other repeat their first line.
+    found = [reader.judgement(cells) for cells, row in texts if any(row) and row != names]
     if reader.problems:
         raise StoryError(first_of(reader.problems))
     if not found:
@@ -125,7 +128,7 @@ def _as_csv(path: Path) -> Source:
     return Source(str(path), table.to_csv(index=False, lineterminator="\n"))
 
 
-def _rows(source: Source) -> Iterator[list[tuple[str, Span]]]:
+def read_table(source: Source) -> Iterator[list[tuple[str, Span]]]:
     """The rows as texts of cells with their places."""
     at = 0
     text = source.text
@@ -213,7 +216,10 @@ class _Reader:
         answer = self.answer(texts["answer"], question, spans["answer"])
         if len(self.problems) > before:
             return None
-        return Judgement(texts["participant"], texts["script"], frame, question, answer, spans)
+        more = {name: text for name, text in texts.items() if name not in COLUMNS}
+        return Judgement(
+            texts["participant"], texts["script"], frame, question, answer, more, spans
+        )
 
     def frame(self, text: str, span: Span) -> int | None:
         if text == LAST:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.explain import as_story
 from i2pdsl.objective.subjects import Claims
+from i2pdsl.render.alone import Alone
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.files import PictureFiles
 from i2pdsl.render.focus import Sentence
@@ -33,6 +34,14 @@ class Drawing(ABC):
     def sheet(self, scripts: Sequence[Script], title: str) -> PictureFiles:
         """What draws candidates of one story side by side: its comic and its page."""
         return self.pictures(scripts, title)
+
+    @abstractmethod
+    def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
+        """Films without a word about them, that can stand beside each other at one scale.
+
+        Args:
+            places: how many of them may stand on one page.
+        """
 
     @abstractmethod
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:

@@ -3,8 +3,8 @@
 The page is a single file that fetches nothing: drawings, curves, style and player are all inside,
 under a Content-Security-Policy that names the script's hash, so that no other script could run even
 if a story's text were to smuggle one in. Its parts lie in `render/page`: `page.html` (a
-string.Template), `page.css`, `player.js`, and for each kind of film a script that defines
-`makeStage(film)`, whose `draw(time)` moves the drawing; that lies with the kind's own drawing.
+string.Template), `page.css`, `player.js` with `clock.js`, and for each kind of film a script that
+defines `makeStage(film)`, whose `draw(time)` moves the drawing; that lies with the kind's drawing.
 """
 
 import base64
@@ -87,7 +87,7 @@ def film_page(
     for panel in panels:
         if panel.last != film.last:
             raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {film.last}")
-    script = _part(film.script) + _part("page/player.js")
+    script = part(film.script) + part("page/clock.js") + part("page/player.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     shared = {
         "last": film.last,
@@ -97,13 +97,13 @@ def film_page(
         "panels": [_panel_data(panel) for panel in panels],
         "captions": list(film.captions),
     }
-    return Template(_part("page/page.html")).substitute(
+    return Template(part("page/page.html")).substitute(
         language=plain(language),
         policy=f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; "
         "img-src data:; base-uri 'none'; form-action 'none'",
         title=plain(title),
         about=plain(about),
-        style=_part("page/page.css"),
+        style=part("page/page.css"),
         classes=film.classes,
         aspect=f"{film.aspect:.3f}",
         stage=film.stage,
@@ -114,12 +114,13 @@ def film_page(
         wishes=_wishes(wishes),
         happenings="\n".join(_happenings(film)),
         source=plain(source),
-        data=_json(shared | film.data),
+        data=as_json(shared | film.data),
         player=script,
     )
 
 
-def _part(name: str) -> str:
+def part(name: str) -> str:
+    """A file below `render`."""
     return (files("i2pdsl.render") / name).read_text(encoding="utf-8")
 
 
@@ -283,7 +284,7 @@ def _happenings(film: Film) -> Iterable[str]:
         )
 
 
-def _json(data: Any) -> str:
+def as_json(data: Any) -> str:
     """JSON for a <script> element: nothing in it can end that element or open a comment."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)  # ASCII only
     for letter in "<>&":

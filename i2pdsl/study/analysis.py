@@ -91,7 +91,7 @@ def analyse(answers: Answers, seed: int = 0) -> tuple[Share, ...]:
             if study.pairs:
                 deviations = each[key] - 0.5
                 spread = drawn[key] - 0.5
-                p = _flipped(generator, deviations)
+                p = flipped(generator, deviations)
                 comparison = Comparison("chance", float(np.nanmean(own)) - 0.5, *_ends(spread), p)
             elif (group.name, method.against) in columns:
                 other = group.name, method.against
@@ -146,8 +146,9 @@ def _permuted(generator: np.random.Generator, first: np.ndarray, second: np.ndar
     return _p(first.mean() - second.mean(), found)
 
 
-def _flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
-    """p of a mean, the films of each pair being exchanged: in all ways, if these are not many."""
+def flipped(generator: np.random.Generator, deviations: np.ndarray) -> float:
+    """p of a mean whose parts may as well have the other sign (the films of a pair exchanged, or
+    what a person answered to two methods): in all ways, if these are not many."""
     if len(deviations) <= FEW:
         signs = np.array(list(product([1.0, -1.0], repeat=len(deviations))))[1:]  # but for itself
     else:

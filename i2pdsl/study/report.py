@@ -19,19 +19,19 @@ def in_words(study: Study, shares: Sequence[Share]) -> str:
         name = groups[each.group]
         if len(study.methods) > 1:
             name = f"{name}, {methods[each.method]}"
-        people = "" if each.people is None else _percent(each.people)
-        row = (name, str(each.films), _percent(each.share), _ends(each.low, each.high), people)
+        people = "" if each.people is None else percent(each.people)
+        row = (name, str(each.films), percent(each.share), ends(each.low, each.high), people)
         versus = each.comparison
         if versus is None:
             rows.append((*row, "", "", "", ""))
         else:
             told = (
                 f"{100 * versus.difference:+.0f}",
-                _ends(versus.low, versus.high),
+                ends(versus.low, versus.high),
                 f"{versus.p:.2g}",
             )
             rows.append((*row, versus.against, *told))
-    return _aligned(rows)
+    return aligned(rows)
 
 
 def given_in_words(study: Study, shares: Sequence[Share]) -> str:
@@ -40,20 +40,23 @@ def given_in_words(study: Study, shares: Sequence[Share]) -> str:
     rows = [("", *names)]
     for each in shares:
         name = each.group if len(study.methods) == 1 else f"{each.group}, {each.method}"
-        cells = (f"{v:.1f}" if n == "mean" else _percent(v) for n, v in each.given.items())
+        cells = (f"{v:.1f}" if n == "mean" else percent(v) for n, v in each.given.items())
         rows.append((name, *cells))
-    return _aligned(rows)
+    return aligned(rows)
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """A share for people."""
     return f"{100 * share:.0f} %"
 
 
-def _ends(low: float, high: float) -> str:
+def ends(low: float, high: float) -> str:
+    """An interval of shares, in percent."""
     return f"{100 * low:.0f} to {100 * high:.0f}"
 
 
-def _aligned(rows: Sequence[tuple[str, ...]]) -> str:
+def aligned(rows: Sequence[tuple[str, ...]]) -> str:
+    """A table: names to the left, figures to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = (
         "  ".join(

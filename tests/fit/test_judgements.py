@@ -31,7 +31,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
 def test_columns_may_be_left_out_and_stand_in_any_order(tmp_path: Path) -> None:
     text = "answer,who,participant,script\r\n50,x,ann,a.json\r\n"
     (found,) = read_judgements(table(tmp_path, text), scale=100, question="P(rho > 0)")
-    assert found == Judgement("ann", "a.json", None, "P(rho > 0)", 0.5)
+    assert found == Judgement("ann", "a.json", None, "P(rho > 0)", 0.5, {"who": "x"})
 
 
 @pytest.mark.parametrize("sign", [";", "\t"])

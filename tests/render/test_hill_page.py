@@ -9,7 +9,7 @@ import pytest
 from hill_performances import performance
 
 from i2pdsl.render.hill.figures import LAYERS, muscle_color, rig
-from i2pdsl.render.hill.page import page_html
+from i2pdsl.render.hill.page import alone, page_html
 from i2pdsl.render.hill.pictures import compared
 from i2pdsl.render.hill.rig import path_data, pose_vector
 from i2pdsl.render.hill.scene import camera_way, pose_at
@@ -64,6 +64,19 @@ def test_names_are_escaped_and_sources_told_once():
     assert "short &lt;b&gt;" in text
     assert "short <b>" not in re.sub(r"<script.*?</script>", "", text, flags=re.S)
     assert page(PAIR[0], PAIR[0]).count("story long") == 1
+
+
+def test_a_film_alone_says_nothing_about_itself():
+    mime = performance("the mime", windows=(Window(10, 20, "stumble"),))
+    one, two = alone([mime, performance("heavy", 20)], places=2)
+    text = json.dumps([one.stages, one.data])
+    for word in ("stumble", "units up", "story long"):
+        assert word not in text
+    assert one.told == ()
+    assert one.aspect == two.aspect, "both at one scale"
+    first, second = one.stages
+    assert first.replace('id="show-0"', 'id="show-1"') != second, "each place has its own crate"
+    assert (len(one.seconds), len(two.seconds)) == (40, 20)
 
 
 @pytest.mark.browser

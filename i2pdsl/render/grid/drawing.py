@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from i2pdsl.render.alone import Alone
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing, one_by_one
 from i2pdsl.render.focus import Sentence
@@ -27,6 +28,12 @@ class GridDrawing(Drawing):
         from i2pdsl.render.grid.sheet import GridSheet
 
         return GridSheet(scripts, title)
+
+    def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
+        from i2pdsl.render.grid.page import alone
+
+        found = (GridPictures(script) for script in scripts)
+        return [alone(each.stage, each.document, each.film, places) for each in found]
 
     def in_characters(self, world: GridWorld, state: int, ink: Ink) -> str:
         from i2pdsl.render.grid.characters import map_in_characters

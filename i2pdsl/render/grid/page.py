@@ -8,6 +8,7 @@ import numpy as np
 
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.render import film_page
+from i2pdsl.render.alone import NAME, Alone
 from i2pdsl.render.grid.choreography import Film, Key, Track
 from i2pdsl.render.grid.film import lengths
 from i2pdsl.render.grid.scene import (
@@ -72,6 +73,21 @@ def page_html(
         language=language,
         wishes=wishes,
         account=account,
+    )
+
+
+def alone(stage: Stage, script: Mapping[str, Any], film: Film, places: int) -> Alone:
+    """The film without a word about it. No frame rests because of what viewers think then."""
+    width, height = scene_size(stage, CELL)
+    seconds, _ = lengths(film)
+    symbols = stage_symbols(stage, poses_of(film))
+    return Alone(
+        [stage_svg(stage, film, NAME, f"-{place}", symbols) for place in range(places)],
+        width / height,
+        seconds.tolist(),
+        "grid/kitchen.js",
+        {"shows": [film_data(stage, film)]},
+        frame_captions(stage, script, film),
     )
 
 

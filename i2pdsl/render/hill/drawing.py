@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.render.alone import NAME, Alone
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing, one_by_one
 from i2pdsl.render.focus import Sentence
@@ -25,6 +26,12 @@ class HillDrawing(Drawing):
             raise one_by_one(scripts)
         alone = title if len(scripts) == 1 else None
         return HillPictures([performance_of(s, alone) for s in scripts], title)
+
+    def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
+        from i2pdsl.render.hill.page import alone
+        from i2pdsl.render.hill.told import performance_of
+
+        return alone([performance_of(script, NAME) for script in scripts], places)
 
     def in_characters(self, world: HillWorld, state: np.ndarray, ink: Ink) -> str:
         from i2pdsl.render.hill.characters import hill_in_characters

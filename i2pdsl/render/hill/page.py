@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import tan
 from typing import Any
 
 import numpy as np
 
 from i2pdsl.objective.wishes import Wish
+from i2pdsl.render.alone import Alone
 from i2pdsl.render.film_page import Film, film_page
 from i2pdsl.render.hill.figures import CRATES, IDLE, LAYERS, LONG, SHORT, pose_svg, rig
 from i2pdsl.render.hill.performance import Performance, key_frames, units
@@ -22,6 +24,7 @@ from i2pdsl.render.reasons import Account
 from i2pdsl.worlds.hill.hopper import HAND, HIPS, HOOK
 
 GRAIN = 100  # steps to a unit of the world (and to a whole pull) in the page's numbers
+_UNSEEN = '<ul class="lanes" hidden><li><span class="way"></span><b></b></li></ul>'
 TOLD = 16  # captions that are listed where they change too often to list all
 
 
@@ -59,6 +62,19 @@ def page_html(
         film, panels, title, _about(performances), source,
         windows=windows, wishes=wishes, account=account,
     )  # fmt: skip
+
+
+def alone(performances: Sequence[Performance], places: int) -> list[Alone]:
+    """The films without a word about them, in one view; each place has a crate of its own."""
+    view = view_of(performances)
+    found = []
+    for each in performances:
+        bare = replace(each, windows=())
+        stages = [_show(place, bare, view, False) + _UNSEEN for place in range(places)]
+        seconds = [each.frame_seconds] * each.frames
+        aspect = view.width / view.height
+        found.append(Alone(stages, aspect, seconds, "hill/hill.js", _data([bare])))
+    return found
 
 
 def _about(performances: Sequence[Performance]) -> str:

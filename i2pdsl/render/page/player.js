@@ -1,7 +1,7 @@
 // Plays a film: draws the stage at each moment and moves the line along the belief curves.
 // Times are frames: 0 is the start, frame t of the script ends at time t. Clocks are seconds at
-// speed 1: frames last differently long, and the ends of some are held. The script before this one
-// defines makeStage(film), whose draw(time) moves the drawing.
+// speed 1: see clock.js. The scripts before this one define makeClock(film), and makeStage(film),
+// whose draw(time) moves the drawing.
 (() => {
   "use strict";
 
@@ -69,24 +69,7 @@
   let clock = 0; // while it plays
   let before = 0; // the browser's clock at the last picture, in milliseconds
 
-  const begins = [0]; // the clock at which each frame begins
-  film.seconds.forEach((lasts, k) => begins.push(begins[k] + lasts + film.rests[k]));
-
-  // Who goes on from the end of a frame need not wait for its rest.
-  function clockAt(time) {
-    const k = Math.min(Math.floor(time), T - 1);
-    return begins[k] + (time - k) * film.seconds[k];
-  }
-
-  function timeAt(clock) {
-    let [low, high] = [0, T]; // the last frame that has begun: begins[low] <= clock < begins[high]
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (begins[middle] <= clock) low = middle;
-      else high = middle;
-    }
-    return Math.min(low + (clock - begins[low]) / film.seconds[low], low + 1);
-  }
+  const { clockAt, timeAt } = makeClock(film);
 
   const name = (t) => (t === 0 ? "start" : `frame ${t} of ${T}`);
 

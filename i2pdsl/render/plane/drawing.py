@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.render.alone import NAME, Alone
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.drawing import Drawing
 from i2pdsl.render.focus import Sentence
@@ -28,6 +29,12 @@ class PlaneDrawing(Drawing):
             raise error("pictures", message, where, "draw them one by one")
         alone = title if len(scripts) == 1 else None
         return PlanePictures([performance_of(s, alone) for s in scripts], title)
+
+    def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
+        from i2pdsl.render.plane.page import alone
+        from i2pdsl.render.plane.told import performance_of
+
+        return alone([performance_of(script, NAME) for script in scripts], places)
 
     def in_characters(self, world: Any, state: np.ndarray, ink: Ink) -> str:
         from i2pdsl.render.plane.characters import plane_in_characters

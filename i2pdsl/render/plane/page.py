@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import ceil
 from typing import Any
 
 import numpy as np
 
 from i2pdsl.objective.wishes import Wish
+from i2pdsl.render.alone import Alone
 from i2pdsl.render.film_page import Film, film_page
 from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Panel, Window
@@ -72,6 +74,19 @@ def page_html(
     return film_page(
         film, panels, title, about, source, windows=windows, wishes=wishes, account=account
     )
+
+
+def alone(performances: Sequence[Performance], places: int) -> list[Alone]:
+    """The films without a word about them."""
+    found = []
+    for each in performances:
+        bare = replace(each, windows=())
+        stage = stage_within(bare.spec, *SHOWN)
+        stages = [_show(place, bare, [bare], stage) for place in range(places)]
+        seconds = [frame_seconds([bare])] * bare.frames
+        aspect, data = stage.width / stage.height, _data([bare], stage)
+        found.append(Alone(stages, aspect, seconds, "plane/plane.js", data))
+    return found
 
 
 def _captions(performances: Sequence[Performance]) -> list[str]:
