@@ -265,7 +265,7 @@ def test_interrupted_it_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> No
         raise KeyboardInterrupt
 
     program = Program(at_once, "interrupted", False)
-    monkeypatch.setattr(descent, "compiled_program", lambda *_: program)
+    monkeypatch.setattr(descent, "compiled_program", lambda *_, **__: program)
     with pytest.raises(KeyboardInterrupt):
         made.solve(0)
 
@@ -378,7 +378,9 @@ def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.Mon
     monkeypatch.setattr(descent, "REMEMBERED_FRAMES", 1)
     compiled = descent.compiled_program
     monkeypatch.setattr(
-        descent, "compiled_program", lambda key, *rest: compiled((*key, "again"), *rest)
+        descent,
+        "compiled_program",
+        lambda key, *rest, **more: compiled((*key, "again"), *rest, **more),
     )
     again = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
     np.testing.assert_allclose(usual, again, atol=1e-3)
