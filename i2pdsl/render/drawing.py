@@ -35,13 +35,17 @@ class Drawing(ABC):
         """What draws candidates of one story side by side: its comic and its page."""
         return self.pictures(scripts, title)
 
-    @abstractmethod
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         """Films without a word about them, that can stand beside each other at one scale.
 
         Args:
             places: how many of them may stand on one page.
+
+        Raises StoryError where the kind has none.
         """
+        world = scripts[0].world.spec
+        message = f"films in worlds like {world.name} cannot be shown on a page of their own"
+        raise error("pictures", message, whole_file(scripts[0].record.where))
 
     @abstractmethod
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
