@@ -124,7 +124,9 @@ def log_likelihoods(seen: Seen, sharpness: Array) -> tuple[Array, Array]:
     Of alternatives that is softmax(sharpness * log P); what is alone in its place is a density
     whose logarithm grows with it (World.rows_are_scaled).
     """
-    powers = sharpness * seen.choices
+    # What does not exist keeps its place: the product of such a number is off by hundreds in single
+    # precision, and a compiler that fuses it into the difference below makes exp of that.
+    powers = jnp.where(seen.choices > _NONE, sharpness * seen.choices, _NONE)
     if seen.choices.shape[3] > 1:
         powers = powers - jax.nn.logsumexp(powers, axis=3, keepdims=True)
     index = seen.taken[..., None, None]

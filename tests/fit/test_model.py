@@ -79,6 +79,31 @@ def test_viewers_answer_as_queries_do(scripts: list[i2pdsl.Script]) -> None:
             np.testing.assert_allclose(np.stack(found, 1), expected, rtol=1e-9, atol=1e-9)
 
 
+def test_slopes_are_finite_in_single_precision(scripts: list[i2pdsl.Script]) -> None:
+    """Also of viewers who are very sharp, and where one script is shorter than another: what
+    stands in the place of its missing frames must not get in."""
+    with computing():
+        import jax
+        import jax.numpy as jnp
+
+        from i2pdsl.fit.viewers import Answers, Question, Viewer, Watched, what_is_seen
+
+        spec = scripts[0].world.spec
+        world = ready_world(spec, (SpecViewer(spec),))
+        watched = [Watched(world, script.trajectory) for script in scripts]
+        query = scripts[0].check("P(rho > 0 | script[:t])")
+        cells = [Question(n, query.value, query.times, s.length) for n, s in enumerate(scripts)]
+        answers, seen = Answers(watched, cells), what_is_seen(watched)
+        log_prior = jnp.asarray(world.log_prior(world.tables)[0], jnp.float32)
+
+        def total(sharpness: jax.Array) -> jax.Array:
+            viewer = Viewer(sharpness, jnp.float32(0.03), log_prior)
+            return answers(seen, viewer) @ jnp.array([0.3, -1.1, 0.7])
+
+        slope = jax.jit(jax.vmap(jax.grad(total)))(jnp.exp(jnp.arange(-1.0, 3.0, 0.25)))
+        assert np.isfinite(slope).all()
+
+
 def logistic(x: float) -> float:
     return 1 / (1 + math.exp(-x))
 

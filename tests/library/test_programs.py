@@ -19,6 +19,7 @@ from i2pdsl.computing import computing
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import Story, load, story_from
 from i2pdsl.programs import Program, compiled_program
+from i2pdsl.search import beam
 from i2pdsl.search.searches import Beam, search_of
 from i2pdsl.worlds.kind import Watch
 
@@ -59,14 +60,14 @@ def prepared(story: Story, watch: Watch | None = None) -> Program | None:
 def count_traces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Notes every program of a search that is traced."""
     traced: list[str] = []
-    compile_ = programs._compile
 
-    def noted(key: tuple[Any, ...], *rest: Any) -> Any:
-        if key[0] == "pool":
+    def noted(key: tuple[Any, ...], *rest: Any, **more: Any) -> Program:
+        program = compiled_program(key, *rest, **more)
+        if key[0] == "pool" and program.is_new:
             traced.append(repr(key))
-        return compile_(key, *rest)
+        return program
 
-    monkeypatch.setattr(programs, "_compile", noted)
+    monkeypatch.setattr(beam, "compiled_program", noted)
     return traced
 
 
