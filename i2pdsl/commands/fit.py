@@ -161,10 +161,12 @@ def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, s
     figures = {"r": r, "rmse": rmse, "people": len(report.fitted.study.people)}
     told = f"Viewers fitted to the judgements in {Path(table).name} by `i2p fit`."
     write_text(out, written(people(report, viewers), figures, told))
-    draws, picture = out.with_suffix(".nc"), out.with_suffix(".png")
-    report.save(draws)
-    draw_agreement(report, picture)
-    return {"audience": str(out), "draws": str(draws), "picture": str(picture)}
+    files = {"audience": str(out), "draws": str(out.with_suffix(".nc"))}
+    report.save(Path(files["draws"]))
+    if report.cells:  # means are of sliders
+        files["picture"] = str(out.with_suffix(".png"))
+        draw_agreement(report, Path(files["picture"]))
+    return files
 
 
 def in_words(report: Report, comparison: tuple[Comparison, ...], files: dict[str, str]) -> str:
@@ -181,10 +183,11 @@ def in_words(report: Report, comparison: tuple[Comparison, ...], files: dict[str
         "",
         f"{len(study.asked.answer):,} answers of {len(study.people):,} people "
         f"to {len(study.labels):,} questions about scripts",
-        f"means of the model and of people: r = {r:.4f}, RMSE = {rmse:.4g}",
         f"leave one answer out: {loo['loo']:.5g} nats (standard error {loo['se']:.3g}; "
         f"{100 * loo['bad']:.3g} % of answers are too influential to be sure)",
     ]
+    if report.cells:
+        lines.append(f"means of the model and of people: r = {r:.4f}, RMSE = {rmse:.4g}")
     if checks:
         lines.append(
             f"answers within the model's 90 % intervals: {100 * checks['within_90']:.3g} %; at an "

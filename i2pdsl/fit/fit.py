@@ -74,6 +74,11 @@ class Study:
     scale: float
 
     @property
+    def slider_cells(self) -> int:
+        """The questions that can lie apart from what viewers would answer: of choices none."""
+        return len(self.questions) if (self.asked.options == 0).any() else 0
+
+    @property
     def words(self) -> Vocabulary:
         return next(iter(self.scripts.values())).world.vocabulary
 
@@ -340,8 +345,7 @@ def fit(
     own = {name: given.pop(name) for name in list(given) if name in VIEWER}
     watching = Watching(answers, study.latents, np.asarray(log_prior), own)
     own_ones = USUALLY_VARY if varies is None else varies
-    cells = len(study.questions)
-    model = Model(watching, len(study.people), given, own_ones, cells=cells)
+    model = Model(watching, len(study.people), given, own_ones, cells=study.slider_cells)
     nodes = jax.tree.map(lambda *parts: np.stack(parts), *seen)
     if len(plans) > 1:
         kept = _plausible(model, nodes, study.asked)
