@@ -21,16 +21,15 @@ def _namespace(array: Array) -> Any:
 def probability(log_belief: Array, event: Array, mask: Array) -> Array:
     """P(event | mask) = P(event and mask) / P(mask), [...]."""
     xp = _namespace(log_belief)
-    held = xp.where(mask, log_belief, -xp.inf)
-    weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
-    return (xp.where(event, weights, 0.0).sum(-1) / weights.sum(-1)).mean(-1)
+    return xp.where(event, conditioned(log_belief, mask), 0.0).sum(-1).mean(-1)
 
 
 def conditioned(log_belief: Array, mask: Array) -> Array:
     """The belief given a mask: probabilities [..., O, H], 0 outside the mask."""
     xp = _namespace(log_belief)
-    weights = xp.exp(log_belief - log_sum(log_belief, mask)[..., None])
-    return xp.where(mask, weights, 0.0)
+    held = xp.where(mask, log_belief, -xp.inf)
+    weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
+    return weights / weights.sum(-1, keepdims=True)
 
 
 def expectation(log_belief: Array, quantity: Array, mask: Array) -> Array:

@@ -278,7 +278,9 @@ def settings_of(
             (value,) = values
             low, high = POSSIBLE[name]
             if isinstance(value, str) or not low <= value <= high:
-                message = f"`{name}` cannot be {_shown(value)}: it is between {low:g} and {high:g}"
+                message = (
+                    f"`{name}` cannot be {show_value(value)}: it is between {low:g} and {high:g}"
+                )
                 raise error("setting", message, whole_file("fit"))
             parameters[name] = value
             continue
@@ -289,19 +291,15 @@ def settings_of(
                 message = (
                     f"`{name}` changes what can be believed, so its values have no common grid"
                 )
-                hint = f"compare them: `--against {name}={_shown(values[-1])}`"
+                hint = f"compare them: `--against {name}={show_value(values[-1])}`"
             raise error("setting", message, whole_file("fit"), hint)
         for value in values:
             if not known[name].holds(value):
-                message = f"`{name}` cannot be {_shown(value)}: it is {known[name].possible}"
+                message = f"`{name}` cannot be {show_value(value)}: it is {known[name].possible}"
                 raise error("setting", message, whole_file("fit"))
         if name not in grid:
             (reshaping if known[name].reshapes else settings)[name] = values[0]
     return parameters, settings, reshaping
-
-
-def _shown(value: Value) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def fit(

@@ -288,14 +288,14 @@ class Model:
         return jax.nn.log_softmax(jnp.stack([values[name] for name in self.share_names]))
 
     def by_plan(
-        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array
+        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array | float = 1.0
     ) -> tuple[Array, Array]:
         """log P(answer) of each row under each way of planning, [N, R], and log P(a group's
         answers and that it thinks of this way), [N, G].
 
         Args:
             nodes: what is seen under each way.
-            counted: the weight of each row, [R].
+            counted: the weight of each row, [R]; all are alike without it.
         """
         group, count = self.groups(asked)
         rows = jax.lax.map(lambda seen: self.log_likelihoods(values, seen, asked), nodes)
@@ -303,15 +303,14 @@ class Model:
         return rows, together + self.log_shares(values)[:, None]
 
     def log_answers(
-        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array
+        self, values: dict[str, Array], nodes: Any, asked: Asked, counted: Array | float = 1.0
     ) -> Array:
         """log P(all answers), with the ways of planning summed out."""
         return logsumexp(self.by_plan(values, nodes, asked, counted)[1], axis=0).sum()
 
     def program(self, nodes: Any, asked: Asked) -> None:
         """The model as NumPyro runs it."""
-        every = np.ones(len(asked.answer))
-        numpyro.factor("answers", self.log_answers(self.drawn(), nodes, asked, every))
+        numpyro.factor("answers", self.log_answers(self.drawn(), nodes, asked))
 
     def drawn(self) -> dict[str, Array]:
         scales = self.scales

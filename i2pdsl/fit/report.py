@@ -17,6 +17,7 @@ import numpy as np
 from i2pdsl.answers import optional
 from i2pdsl.fit.fit import Fitted
 from i2pdsl.fit.model import RESPONSE, SD, VIEWER, Watching, placed
+from i2pdsl.language.vocabulary import show_value
 from i2pdsl.resources import atomic_path
 
 Array = Any
@@ -78,9 +79,9 @@ class Report:
             viewer = lambda values: watching.viewer(values).log_prior
             log_prior = jax.vmap(jax.vmap(viewer))(unbounded)
             if model.share_names:
-                shares = jax.nn.softmax(np.stack([unbounded[n] for n in model.share_names]), 0)
-                names = (plan_in_words(dict(plan)) for plan in self.fitted.plans)
-                found |= {f"share[{n}]": np.asarray(s) for n, s in zip(names, shares, strict=True)}
+                shares = np.exp(np.asarray(jax.vmap(jax.vmap(model.log_shares))(unbounded)))
+                for number, plan in enumerate(self.fitted.plans):
+                    found[f"share[{plan_in_words(dict(plan))}]"] = shares[..., number]
             for latent in watching.latents:
                 share = np.exp(np.asarray(log_prior)) @ latent.one_hot
                 share /= share.sum(-1, keepdims=True)
@@ -157,12 +158,11 @@ class Report:
         fitted = self.fitted
         model, asked, nodes = fitted.model, fitted.study.asked, fitted.nodes
         group, _ = model.groups(asked)
-        every = np.ones(len(asked.answer))
 
         def one(sites: dict[str, Array]) -> tuple[Array, Array, Array]:
             values = model.values(sites)
             means = jax.lax.map(lambda node: model.expected(values, node, asked), nodes)
-            logs, together = model.by_plan(values, nodes, asked, every)
+            logs, together = model.by_plan(values, nodes, asked)
             weights = jax.nn.softmax(together, axis=0)
             own = together[:, group]
             without = jax.nn.logsumexp(own, axis=0) - jax.nn.logsumexp(own - logs, axis=0)
@@ -349,5 +349,4 @@ def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
 
 def plan_in_words(plan: Mapping[str, float | str]) -> str:
     """A way of planning: `beta = 2, gamma = 0.9`."""
-    shown = lambda value: value if isinstance(value, str) else f"{value:g}"
-    return ", ".join(f"{name} = {shown(value)}" for name, value in plan.items())
+    return ", ".join(f"{name} = {show_value(value)}" for name, value in plan.items())

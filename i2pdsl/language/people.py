@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -44,20 +44,34 @@ class Person:
 
     def observer(self, words: Vocabulary) -> Observer:
         """The viewer in a world; what that does not have is left out."""
-        settings: dict[str, Any] = {"forgetting": self.forgetting, **self.settings}
-        known = {
-            name: value if isinstance(value, str) else float(value)
-            for name, value in settings.items()
-            if name in words.observer_settings and words.settings[name].holds(value)
-        }
+        settings = {"forgetting": self.forgetting, **self.settings}
+        known = known_settings(words, settings.items())
         weights = list(words.prior or (1.0,) * len(words.hypotheses))
-        for name, values in self.prior.items():
-            for number, row in enumerate(words.hypotheses):
-                if name in row:
-                    weights[number] *= values.get(show_value(row[name]), 1.0)
+        weights = [w * own for w, own in zip(weights, weighed(words, self.prior), strict=True)]
         total = sum(weights)
         prior = tuple(weight / total for weight in weights) if total > 0 else None
-        return Observer(tuple(sorted(known.items())), prior, sharpness=self.sharpness)
+        return Observer(tuple(sorted(known)), prior, sharpness=self.sharpness)
+
+
+def known_settings(
+    words: Vocabulary, settings: Iterable[tuple[str, float | str]]
+) -> tuple[tuple[str, float | str], ...]:
+    """Of a viewer's settings those in which viewers of a world can differ."""
+    return tuple(
+        (name, value if isinstance(value, str) else float(value))
+        for name, value in settings
+        if name in words.observer_settings and words.settings[name].holds(value)
+    )
+
+
+def weighed(words: Vocabulary, prior: Mapping[str, Mapping[str, float]]) -> list[float]:
+    """The weight of each hypothesis, from those of latents' values."""
+    return [
+        math.prod(
+            values.get(show_value(row[name]), 1.0) for name, values in prior.items() if name in row
+        )
+        for row in words.hypotheses
+    ]
 
 
 def read_people(path: Path, here: Span | None = None) -> tuple[Person, ...]:

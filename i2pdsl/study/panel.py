@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from i2pdsl.language.people import Person, read_people
+from i2pdsl.language.people import Person, known_settings, read_people, weighed
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.objective.replay import replay_all
 from i2pdsl.study.check import Ground
@@ -144,12 +144,7 @@ def beliefs(
     alike: dict[tuple[tuple[str, float | str], ...], list[int]] = {}
     words = ground.vocabulary
     for number, viewer in enumerate(viewers):
-        settings = tuple(
-            (name, value)
-            for name, value in viewer.settings
-            if name in words.observer_settings and words.settings[name].holds(value)
-        )
-        alike.setdefault(settings, []).append(number)
+        alike.setdefault(known_settings(words, viewer.settings), []).append(number)
     for settings, numbers in alike.items():
         spec = ground.spec.with_settings(dict(settings))
         world = ready_world(ground.spec, (Observer(spec),), watch)
@@ -176,13 +171,9 @@ def beliefs(
 
 def prior_of(viewer: Viewer, ground: Ground) -> np.ndarray:
     """P(H) before anything moved, [H]."""
-    rows = ground.vocabulary.hypotheses
-    even = _even(ground) if viewer.even else np.ones(len(rows))
-    for number, row in enumerate(rows):
-        for name, values in viewer.weights.items():
-            if name in row:
-                even[number] *= values.get(show_value(row[name]), 1.0)
-    weights: np.ndarray = np.maximum(even, 1e-300)
+    own = np.array(weighed(ground.vocabulary, viewer.weights))
+    even = _even(ground) if viewer.even else 1.0
+    weights: np.ndarray = np.maximum(even * own, 1e-300)
     return weights / weights.sum()
 
 
