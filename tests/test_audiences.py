@@ -220,7 +220,7 @@ def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
         for _ in range(30):
             row = np.log(random.uniform(size=(2, 5))) * random.choice([1, 20])
             logs, shares = update(logs, row, forgetting), updated_share(shares, row, forgetting)
-            np.testing.assert_allclose(shares, np.exp(logs), rtol=1e-9, atol=1e-300)
+            np.testing.assert_allclose(shares, np.exp(logs), rtol=1e-9, atol=1e-15)
             for form, about in (
                 (queries.probability, event),
                 (queries.expectation, quantity),
