@@ -13,7 +13,10 @@ LOCK = ROOT / "codemirror" / "package-lock.json"
 
 
 def test_the_bundle_is_the_one_that_was_built() -> None:
-    told = dict(line.split()[::-1] for line in (CLIENT / "codemirror.sha256").open())
+    told = dict(
+        line.split()[::-1]
+        for line in (CLIENT / "codemirror.sha256").read_text("utf-8").splitlines()
+    )
     for path in (CLIENT / "codemirror.js", LOCK):
         assert hashlib.sha256(path.read_bytes()).hexdigest() == told[path.name], (
             f"{path.name} was changed by hand: run `make codemirror`"
