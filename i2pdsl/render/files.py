@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from i2pdsl.objective.wishes import Wish
+    from i2pdsl.render.film_page import Film
     from i2pdsl.render.mind import Panel
     from i2pdsl.render.reasons import Account
 
@@ -81,6 +82,10 @@ class PictureFiles:
 
     def page(self) -> str:
         """The page, as HTML in one piece."""
+        raise NotImplementedError
+
+    def moving(self) -> Film:
+        """The film as pages play it, for those that mount its player beside others."""
         raise NotImplementedError
 
     @property

@@ -48,6 +48,19 @@ def page_html(
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest;
     `clock` is how long frames last and how long their ends are held; without it, as usual."""
+    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
+    count = max(p.frames for p in performances)
+    about = f"{performances[0].spec.name} · {count} frame{'' if count == 1 else 's'}"
+    return film_page(
+        moving(performances, clock), panels, title, about, source,
+        windows=windows, wishes=wishes, account=account,
+    )  # fmt: skip
+
+
+def moving(
+    performances: Sequence[Performance], clock: tuple[np.ndarray, np.ndarray] | None = None
+) -> Film:
+    """The film as pages play it."""
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
@@ -56,7 +69,7 @@ def page_html(
     captions = _captions(performances)
     usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
     seconds, rests = usual if clock is None else clock
-    film = Film(
+    return Film(
         stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
         aspect=across * stage.width / stage.height,
         last=lasting.frames,
@@ -67,12 +80,6 @@ def page_html(
         script="plane/plane.js",
         data=_data(performances, stage),
         classes="theatre wide" if several else "theatre",
-    )
-    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
-    count = lasting.frames
-    about = f"{lasting.spec.name} · {count} frame{'' if count == 1 else 's'}"
-    return film_page(
-        film, panels, title, about, source, windows=windows, wishes=wishes, account=account
     )
 
 
