@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from i2pdsl.objective.wishes import Wish
     from i2pdsl.render.film_page import Film
-    from i2pdsl.render.mind import Panel
+    from i2pdsl.render.mind import Mark, Panel, Window
     from i2pdsl.render.reasons import Account
 
 FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
@@ -71,6 +71,16 @@ class PictureFiles:
     def panels(self) -> tuple[Panel, ...]:
         """The curves of belief."""
         raise NotImplementedError
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The frames that are lined out in the curves."""
+        return ()
+
+    @property
+    def windows(self) -> tuple[Window, ...]:
+        """The stretches of time to shade in the curves."""
+        return ()
 
     def comic(self) -> str:
         """The comic strip, as SVG."""

@@ -29,8 +29,10 @@ from i2pdsl.render.plane.figures import (
     way_style,
 )
 from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
+from i2pdsl.render.plane.room import View
 from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.render.reasons import Account
+from i2pdsl.worlds.plane.spec import PlaneSpec
 
 SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
 ROW = 1120.0  # pixels that a row of several has
@@ -64,7 +66,7 @@ def moving(
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
-    stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
+    stage = _page_stage(lasting.spec, across)
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
     usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
@@ -81,6 +83,16 @@ def moving(
         data=_data(performances, stage),
         classes="theatre wide" if several else "theatre",
     )
+
+
+def _page_stage(spec: PlaneSpec, across: int) -> Stage:
+    """The stage of a page that shows so many side by side."""
+    return stage_within(spec, min(SHOWN[0], ROW / across), SHOWN[1])
+
+
+def page_view(spec: PlaneSpec) -> View:
+    """How a page that shows one film lays out the plane."""
+    return _page_stage(spec, 1).view
 
 
 def alone(performances: Sequence[Performance], places: int) -> list[Alone]:

@@ -1,11 +1,11 @@
 // Mounts a film in a shadow root of its own: names inside, such as those of sprites, are its own.
 import { h, sheetOf } from "./dom.js";
-import { mount } from "/player/page/player.js";
+import { mount } from "/render/page/player.js";
 
 const kinds = {};
 
 const styles = () =>
-  Promise.all(["/player/page/page.css", "/client/film.css"].map(sheetOf));
+  Promise.all(["/render/page/page.css", "/film.css"].map(sheetOf));
 
 /** Makes a host fit to mount films in. */
 export function filmHost(attributes = {}) {
@@ -19,7 +19,7 @@ export function filmHost(attributes = {}) {
  * with the drawing's `root` and `svg`; null where another film was mounted meanwhile. */
 export async function mountFilm(host, play, options = {}) {
   host.film = play;
-  kinds[play.script] ??= import(`/player/${play.script}`);
+  kinds[play.script] ??= import(`/render/${play.script}`);
   const { makeStage } = await kinds[play.script];
   if (host.film !== play) return null;
   const root = host.shadowRoot;

@@ -17,7 +17,7 @@ const KINDS = { 3: "function", 6: "variable", 7: "type", 12: "constant", 14: "ke
 const grammars = {};
 
 async function grammarOf(language) {
-  grammars[language] ??= fetch(`/language/${language}.json`).then((reply) => reply.json());
+  grammars[language] ??= fetch(`/language/${language}.tmLanguage.json`).then((reply) => reply.json());
   return languageOf(language, await grammars[language]);
 }
 
@@ -39,7 +39,7 @@ export class Text {
     this.languageId = "story";
     // In a shadow root CodeMirror brings its style as a sheet, which the page's policy allows.
     const root = host.attachShadow({ mode: "open" });
-    sheetOf("/client/text.css").then((sheet) => root.adoptedStyleSheets.push(sheet));
+    sheetOf("/text.css").then((sheet) => root.adoptedStyleSheets.push(sheet));
     this.#view = new EditorView({ parent: root, root, state: this.#state("") });
     rpc.on("textDocument/publishDiagnostics", (found) => this.#show(found));
   }

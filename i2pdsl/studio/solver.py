@@ -1,0 +1,143 @@
+"""One worker: what takes long is done in a thread of its own, one job after the other.
+
+A newer job of the same document takes the place of an older one. A job hears of it when it next
+says how far it is (`Watch`), between two blocks of a search or sweeps of planning. While a program
+is compiled it says nothing for seconds; so that nobody waits for what nobody wants any more, a
+second thread takes over meanwhile. What is done for the sake of a better film, with nobody waiting
+for it, gives way to everything else, and begins again afterwards.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Any
+
+from i2pdsl.studio.protocol import CANCELLED, Refusal
+from i2pdsl.worlds.kind import Watch
+
+NOW, SOON, IDLE = range(3)
+"""How urgent a job is: somebody waits; somebody looks already at something; for better films."""
+THREADS = 2  # one that works, one that ends
+
+
+class Stopped(BaseException):
+    """Somebody ended a job. No Exception: nothing on its way keeps what was found so far."""
+
+
+@dataclass(eq=False)
+class Job:
+    """Something to be done.
+
+    Attributes:
+        owner: a newer job of the same owner that is as urgent or more takes its place.
+        work: what is done, given how to say how far it is.
+        told: is called with the stage, how far it is and the whole, and words.
+    """
+
+    owner: Hashable
+    urgency: int
+    work: Callable[[Watch], Any]
+    told: Callable[[str, int, int, str], None] = lambda stage, done, total, text: None
+    future: Future[Any] = field(default_factory=Future)
+    stopped: bool = False
+    gives_way: bool = False
+
+    def watch(self) -> Watch:
+        return Watch(self._planning, self._searching, None, self._say)
+
+    def _check(self) -> None:
+        if self.stopped or self.gives_way:
+            raise Stopped
+
+    def _planning(self, who: str, sweep: int, residual: float, expected: float | None) -> None:
+        self._check()
+        total = int(max(expected or 0, sweep))
+        self.told("planning", sweep, total, f"planning {who}")
+
+    def _searching(self, done: int, total: int) -> None:
+        self._check()
+        self.told("searching", done, total, "searching")
+
+    def _say(self, message: str) -> None:
+        self._check()
+        self.told("working", 0, 0, message)
+
+
+class Solver:
+    """The worker."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._waiting: list[Job] = []
+        self._running: list[Job] = []
+        self._threads = 0
+
+    def submit(self, job: Job) -> Future[Any]:
+        """Has a job done; its future's exception is Refusal where it was ended."""
+        with self._changed:
+            for other in (*self._waiting, *self._running):
+                if other.owner == job.owner and other.urgency >= job.urgency:
+                    self._stop(other)
+                elif other.urgency == IDLE and job.urgency < IDLE:
+                    other.gives_way = True
+            self._waiting.append(job)
+            if self._threads < THREADS:
+                self._threads += 1
+                threading.Thread(target=self._run, name="i2p-solver", daemon=True).start()
+            self._changed.notify_all()
+        return job.future
+
+    def stop(self, is_one: Callable[[Hashable], bool]) -> None:
+        """Ends the jobs of some owners."""
+        with self._changed:
+            for job in (*self._waiting, *self._running):
+                if is_one(job.owner):
+                    self._stop(job)
+            self._changed.notify_all()
+
+    def _stop(self, job: Job) -> None:
+        job.stopped = True
+        if job in self._waiting:
+            self._waiting.remove(job)
+            job.future.set_exception(Refusal(CANCELLED, "something newer was asked"))
+
+    def _next(self) -> Job:
+        """The most urgent job, once nobody works on one that is still wanted."""
+        with self._changed:
+            while not self._waiting or any(
+                not (job.stopped or job.gives_way) for job in self._running
+            ):
+                self._changed.wait()
+            job = min(self._waiting, key=lambda each: each.urgency)
+            self._waiting.remove(job)
+            self._running.append(job)
+            job.gives_way = False
+            return job
+
+    def _run(self) -> None:
+        while True:
+            job = self._next()
+            result, problem, again = None, None, False
+            try:
+                result = job.work(job.watch())
+            except Stopped:
+                again = job.gives_way and not job.stopped
+                problem = Refusal(CANCELLED, "something newer was asked")
+            except BaseException as wrong:
+                problem = wrong
+            with self._changed:
+                self._running.remove(job)
+                if again and not job.stopped:
+                    self._waiting.append(job)
+                self._changed.notify_all()
+            if again:
+                continue
+            if job.stopped:
+                problem = Refusal(CANCELLED, "something newer was asked")
+            if problem is not None:
+                job.future.set_exception(problem)
+            else:
+                job.future.set_result(result)
