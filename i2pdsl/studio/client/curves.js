@@ -89,7 +89,8 @@ export class Curves {
 
   setFilm(film) {
     const panels = film?.play.panels ?? [];
-    this.#cards = panels.map((panel) => this.#card(panel, film.play));
+    const wished = panels.filter(({ wish }) => wish); // what the story is about comes first
+    this.#cards = [...wished, ...panels.filter((each) => !wished.includes(each))].map((panel) => this.#card(panel, film.play));
     this.host.replaceChildren(this.#arc.node, ...this.#cards.map(({ node }) => node));
     this.host.hidden = !film;
     this.#arc.setFilm(film);
@@ -196,7 +197,6 @@ class Arc {
 
   async setFilm(film) {
     this.#film = film;
-    this.node.hidden = !film;
     if (!film) return;
     const number = ++this.#asked;
     const reply = await this.studio.ask("i2p/curves", {}, film);
@@ -223,6 +223,7 @@ class Arc {
     const same = all.findIndex(({ expression }) => expression && expression === this.#expression);
     const index = same >= 0 ? same : before && !all[before] ? 0 : Number(before || 0);
     this.choice.value = all[index] ? String(index) : "";
+    this.node.hidden = !all.length;
     this.#chosen();
   }
 

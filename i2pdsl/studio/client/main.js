@@ -172,7 +172,7 @@ class Studio {
     const { rpc } = this;
     rpc.on("i2p/story", (told) => {
       if (!this.#isPresent(told)) return;
-      this.story = told;
+      this.story = { can: { drag: ["cheese", "robot", "table"] }, pins: [], numbers: [], curves: [], wishes: [], ...told };
       this.#wrong = false;
       this.text.setNumbers(told.version, told.numbers);
       this.stage.refresh();
@@ -199,9 +199,14 @@ class Studio {
 
   /** A film was put on the stage. */
   shown(film) {
-    this.stage.setStale(false);
     this.timeline.setFilm(film);
     this.curves.setFilm(film);
+    this.known();
+  }
+
+  /** More is known of the film on the stage. */
+  known() {
+    this.stage.setStale(false);
     for (const panel of Object.values(this.panels)) panel.update?.();
     $("desk").classList.add("has-film");
     this.#tellState();

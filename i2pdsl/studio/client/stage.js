@@ -49,6 +49,11 @@ export class Stage {
       this.#pending = film; // hands come first
       return;
     }
+    if (this.film && film.same === this.film.id) {
+      this.film = film; // the same once more, known better
+      this.studio.known();
+      return;
+    }
     const before = this.#playback;
     const [time, playing, speed] = [this.time, before?.isPlaying ?? this.studio.plays, before?.speed];
     const playback = await mountFilm(this.host, film.play, {

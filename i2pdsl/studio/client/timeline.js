@@ -66,6 +66,7 @@ export class Timeline {
     this.scrubber.max = Math.max(this.last, 1);
     this.scrubber.disabled = !film;
     for (const each of this.tools.children) each.disabled = !film;
+    this.#frame = -1;
     this.show(this.studio.time);
     this.refresh();
   }
