@@ -94,7 +94,9 @@ class Channel:
             reply = {"error": finite(Refusal(STORY, first, **told(problem)).as_json())}
         except Exception as problem:  # a mistake of ours: the studio goes on
             traceback.print_exc(file=sys.stderr)
-            reply = {"error": {"code": _INTERNAL, "message": f"{type(problem).__name__}: {problem}"}}
+            reply = {
+                "error": {"code": _INTERNAL, "message": f"{type(problem).__name__}: {problem}"}
+            }
         if number is not None:
             self.send({"id": number, **reply})
 

@@ -65,7 +65,9 @@ def preview(story: Story, seed: int, watch: Watch) -> Better:
 def refined(story: Story, seed: int, watch: Watch) -> Better:
     """What one look at all first pictures finds, of a story that is searched by a beam."""
     typed = story.typed
-    once = [replace(each, search=replace(each.search, polish=0)) for each in (*typed.lengths, typed)]
+    once = [
+        replace(each, search=replace(each.search, polish=0)) for each in (*typed.lengths, typed)
+    ]
     brief = replace(story, typed=replace(once[-1], lengths=tuple(once[:-1])))
     return _better(brief.solve(seed, 1, watch=watch, choose="score"), None)
 

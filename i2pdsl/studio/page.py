@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from i2pdsl.studio import protocol as ask
 from i2pdsl.studio.channel import Channel
 from i2pdsl.studio.folder import TEXTS
-from i2pdsl.studio.protocol import CANCELLED, REFUSED, Refusal
+from i2pdsl.studio.protocol import REFUSED, Refusal
 from i2pdsl.studio.solver import IDLE, NOW, SOON, Job
 
 if TYPE_CHECKING:
@@ -125,7 +125,9 @@ class Page:
         story = await self.work(asked.uri, told, NOW, first)
         await self.work(asked.uri, told, SOON, again)
         finished = await self.work(asked.uri, told, IDLE, at_last)
-        self.channel.notify("progress", {**told, "stage": "idle", "done": 0, "total": 0, "text": ""})
+        self.channel.notify(
+            "progress", {**told, "stage": "idle", "done": 0, "total": 0, "text": ""}
+        )
         return {"version": asked.version, "finished": finished}
 
     async def on_cancel(self, asked: ask.OfDocument) -> dict[str, Any]:

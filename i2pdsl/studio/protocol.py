@@ -318,7 +318,9 @@ def _read(shape: Any, given: Any, place: str) -> Any:
         if type(given) is not shape:
             raise _wrong(place, {str: "a text", int: "a whole number", bool: "true or false"}.get(
                 shape, "a number"))  # fmt: skip
-        if shape is str and len(given) > (LARGEST_MESSAGE if place.endswith(".data") else LONGEST_TEXT):
+        if shape is str and len(given) > (
+            LARGEST_MESSAGE if place.endswith(".data") else LONGEST_TEXT
+        ):
             raise _wrong(place, "a shorter text")
         if shape is int and abs(given) > 2**31:
             raise _wrong(place, "a smaller number")

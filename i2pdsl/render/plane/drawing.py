@@ -57,7 +57,9 @@ class PlaneDrawing(Drawing):
         turns = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)
         circle = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         for place in spec.places:
-            middle, *shape = _points(view.pixels(place.at + place.radius * np.vstack([[0, 0], circle])))
+            middle, *shape = _points(
+                view.pixels(place.at + place.radius * np.vstack([[0, 0], circle]))
+            )
             found.append(Spot(place.name, middle, tuple(shape)))
         return found
 
