@@ -64,6 +64,7 @@ export class Stage {
     this.film = film;
     this.#playback = playback;
     this.empty.hidden = true;
+    this.host.style.setProperty("--shape", film.play.aspect);
     this.#layer = s("g", { class: "hands" });
     const actors = playback.svg.querySelector("#actors");
     playback.svg.insertBefore(this.#layer, actors?.parentNode === playback.svg ? actors : null);
