@@ -10,9 +10,15 @@ function filled(node, attributes, children) {
     else if (AS_PROPERTY.has(name)) node[name] = value;
     else node.setAttribute(name, value === true ? "" : value);
   }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  node.append(...given(children));
   return node;
 }
+
+const given = (children) =>
+  children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false);
+
+/** Puts children in place of those that a node has. */
+export const fill = (node, ...children) => node.replaceChildren(...given(children));
 
 /** An HTML element: attributes by name, listeners as functions by the event's name. */
 export const h = (tag, attributes = {}, ...children) =>

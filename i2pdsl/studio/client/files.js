@@ -1,6 +1,7 @@
 // The folder: a gallery of its stories, new ones, saving, and what to do when a file is another by
 // now. What is typed and not saved is kept in the browser, and offered again.
-import { $, h, later } from "./dom.js";
+import { $, fill, h, later } from "./dom.js";
+import { pictureOf } from "./picture.js";
 
 const KEPT = "i2p-typed:";
 
@@ -61,7 +62,7 @@ export class Files {
       this.#digest = reply.digest;
       this.#saved = text;
       this.studio.rpc.notify("textDocument/didSave", { textDocument: { uri: this.studio.text.uri } });
-      if (!this.isDirty) localStorage.removeItem(KEPT + this.#place(path));
+      if (!this.isDirty) localStorage.removeItem(KEPT + this.place(path));
       this.studio.dirty();
       this.studio.notice(null, "file");
       return true;
@@ -85,20 +86,20 @@ export class Files {
   #keep() {
     this.keepSoon.cancel();
     if (this.path === null) return;
-    if (!this.isDirty) return localStorage.removeItem(KEPT + this.#place(this.path));
+    if (!this.isDirty) return localStorage.removeItem(KEPT + this.place(this.path));
     const kept = { text: this.studio.text.text, when: Date.now() };
     try {
-      localStorage.setItem(KEPT + this.#place(this.path), JSON.stringify(kept));
+      localStorage.setItem(KEPT + this.place(this.path), JSON.stringify(kept));
     } catch {
       this.studio.tell("This browser has no room to keep what you type: save soon.");
     }
   }
 
-  #place = (path) => `${this.studio.folder}/${path}`;
+  place = (path) => `${this.studio.folder}/${path}`;
 
   #kept(path) {
     try {
-      return JSON.parse(localStorage.getItem(KEPT + this.#place(path)));
+      return JSON.parse(localStorage.getItem(KEPT + this.place(path)));
     } catch {
       return null;
     }
@@ -112,7 +113,7 @@ export class Files {
       "typed",
       ["Bring it back", () => this.studio.text.replace(text)],
       ["Compare", () => this.#compare("As it was typed", text, "As the file is", this.studio.text.text, ["Bring it back", () => this.studio.text.replace(text)])],
-      ["Forget it", () => localStorage.removeItem(KEPT + this.#place(path))],
+      ["Forget it", () => localStorage.removeItem(KEPT + this.place(path))],
     );
   }
 
@@ -166,7 +167,7 @@ export class Files {
     const here = new Set(mine.split("\n"));
     const shown = (text, known) =>
       h("pre", { tabindex: 0 }, text.split("\n").map((line) => h("span", { class: known.has(line) ? null : "own" }, `${line}\n`)));
-    dialog.replaceChildren(
+    fill(dialog, 
       h("h2", { id: "both-heading" }, "Two texts of one file"),
       h(
         "div",
@@ -187,7 +188,7 @@ export class Files {
   // ------------------------------------------------------------------ the gallery
 
   async gallery() {
-    this.dialog.replaceChildren(h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
+    fill(this.dialog, h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
     if (!this.dialog.open) this.dialog.showModal();
     const told = await this.studio.request("i2p/beginnings");
     this.beginnings = told ?? { beginnings: [], worlds: [] };
@@ -198,7 +199,7 @@ export class Files {
     const { files = [] } = (await this.studio.request("i2p/files")) ?? {};
     const stories = files.filter(({ kind }) => kind === "story");
     const worlds = files.filter(({ kind }) => kind === "world");
-    this.dialog.replaceChildren(
+    fill(this.dialog, 
       h(
         "div",
         { class: "dialog-head" },
@@ -216,12 +217,14 @@ export class Files {
     const name = path.split("/").pop().replace(/\.\w+$/, "").replaceAll("-", " ");
     const folder = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
     const typed = this.#kept(path) !== null;
+    const picture = pictureOf(this.place(path));
     return h(
       "li",
       {},
       h(
         "button",
         { type: "button", class: path === this.path ? "file open" : "file", "data-path": path, click: () => this.open(path) },
+        picture ? h("img", { src: picture, alt: "" }) : null,
         folder ? h("small", {}, folder) : null,
         h("strong", {}, name),
         h("span", {}, about ?? ""),

@@ -5,6 +5,7 @@ import { Curves } from "./curves.js";
 import { $, clamp, follow, h, later } from "./dom.js";
 import { Files } from "./files.js";
 import { Out } from "./out.js";
+import { keepPicture } from "./picture.js";
 import { Palette } from "./palette.js";
 import { Connection } from "./rpc.js";
 import { Stage } from "./stage.js";
@@ -174,7 +175,7 @@ class Studio {
       if (!this.#isPresent(told)) return;
       this.story = { can: { drag: ["cheese", "robot", "table"] }, pins: [], numbers: [], curves: [], wishes: [], ...told };
       this.#wrong = false;
-      this.text.setNumbers(told.version, told.numbers);
+      this.text.setNumbers(told.version, told.numbers ?? []);
       this.stage.refresh();
       this.timeline.refresh();
       this.curves.refresh();
@@ -191,7 +192,9 @@ class Studio {
       this.stage.show(told.film);
     });
     this.text.onDiagnostics = (found) => {
-      this.#wrong = found.some(({ severity }) => severity === "error");
+      const mistake = found.find(({ severity }) => severity === "error");
+      this.#wrong = mistake !== undefined;
+      this.said = mistake?.message.split("\n")[0] ?? "";
       this.#tellState();
     };
     this.#hands();
@@ -207,6 +210,9 @@ class Studio {
   /** More is known of the film on the stage. */
   known() {
     this.stage.setStale(false);
+    if (this.film.quality !== "preview" && this.files.path !== null) {
+      keepPicture(this.files.place(this.files.path), this.playback.svg);
+    }
     for (const panel of Object.values(this.panels)) panel.update?.();
     $("desk").classList.add("has-film");
     this.#tellState();
@@ -273,7 +279,7 @@ class Studio {
     const { film } = this;
     const parts = [];
     if (!this.rpc.isOpen) parts.push("away");
-    else if (this.#wrong) parts.push("the text has a mistake");
+    else if (this.#wrong) parts.push(this.said || "the text has a mistake");
     else if (this.#progress) parts.push(this.#progress);
     else if (film) {
       parts.push(film.quality === "preview" ? "a first film" : "ready");

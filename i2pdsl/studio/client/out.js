@@ -1,5 +1,5 @@
 // What leaves the studio: the film and its pictures, made by the server and fetched from it.
-import { $, h } from "./dom.js";
+import { $, fill, h } from "./dom.js";
 
 const FORMATS = {
   mp4: ["Film", "MP4"],
@@ -40,18 +40,18 @@ export class Out {
       const formats = boxes.filter((box) => box.firstChild.checked).map((box) => box.firstChild.value);
       if (!formats.length) return;
       make.disabled = true;
-      made.replaceChildren(h("p", { class: "hint" }, "Being made: films take some seconds …"));
+      fill(made, h("p", { class: "hint" }, "Being made: films take some seconds …"));
       const params = { formats, pace: Number(pace.value), transparent: clear.checked };
       const reply = await this.studio.ask("i2p/export", params, film);
       make.disabled = false;
-      made.replaceChildren(
+      fill(made, 
         reply
           ? h("ul", {}, reply.files.map(({ name, url, size }) =>
               h("li", {}, h("a", { href: url, download: name }, name), h("small", {}, ` ${Math.max(1, Math.round(size / 1024)).toLocaleString()} kB`))))
           : h("p", { class: "hint" }, "They could not be made."),
       );
     };
-    this.dialog.replaceChildren(
+    fill(this.dialog, 
       h("div", { class: "dialog-head" }, h("h2", { id: "exports-heading" }, "Export"),
         h("button", { type: "button", class: "quiet", click: () => this.dialog.close() }, "Close")),
       h("form", { submit },

@@ -1,5 +1,5 @@
 // What was wished for and what was reached of it; and why viewers believe what they do.
-import { h } from "./dom.js";
+import { fill, h } from "./dom.js";
 
 const number = (value) => (value === null ? "–" : Number(value.toPrecision(4)).toString().replace("-", "−"));
 const probability = (p) => (p > 0 && p < 0.0005 ? "< 0.001" : p.toFixed(3));
@@ -66,7 +66,7 @@ export class Wishes extends Asking {
         rows.unshift(h("li", { class: "unmet" }, h("code", {}, text), h("span"), h("b", {}, "not met")));
       }
     }
-    this.body.replaceChildren(
+    fill(this.body, 
       h("p", { class: "hint" }, finished === false ? "What is possible is still being looked for." : "How much of each wish the film reaches, of what it could if it were the only one."),
       h("ul", {}, rows),
     );
@@ -104,7 +104,7 @@ export class Why extends Asking {
     this.#items = moments.map(item);
     const moved = ({ changes }) => Math.max(0, ...changes.map(({ before, after }) => Math.abs(after - before)));
     const most = [...moments].sort((a, b) => moved(b) - moved(a)).slice(0, 5).filter((one) => moved(one) > 0.05);
-    this.body.replaceChildren(
+    fill(this.body, 
       h("p", { class: "hint" }, (legend ?? []).join("; ")),
       most.length
         ? h("nav", { "aria-label": "What moved viewers most" }, h("h3", {}, "What moved them most"),
