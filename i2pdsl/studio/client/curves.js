@@ -3,7 +3,6 @@
 import { clamp, follow, h, s } from "./dom.js";
 
 const BOX = { width: 240, height: 128, left: 30, right: 234, top: 10, bottom: 106 };
-const TOLERANCE = 0.025; // of the height: what a drawn line may lose when it becomes few points
 const REACH = 14; // pixels about a point that take hold of it
 
 const signed = (value) => String(value).replace("-", "−");
@@ -47,22 +46,8 @@ class Axes {
   }
 }
 
-/** A drawn line as few points: Ramer, Douglas and Peucker, heights in shares of the axis. */
-export function simplified(points, tolerance = TOLERANCE) {
-  if (points.length < 3) return points;
-  const [[x0, y0], [x1, y1]] = [points[0], points[points.length - 1]];
-  let [worst, at] = [0, 0];
-  points.forEach(([x, y], i) => {
-    const away = Math.abs(y - (y0 + ((y1 - y0) * (x - x0)) / (x1 - x0 || 1)));
-    if (away > worst) [worst, at] = [away, i];
-  });
-  if (worst <= tolerance) return [points[0], points[points.length - 1]];
-  const [before, after] = [points.slice(0, at + 1), points.slice(at)];
-  return [...simplified(before, tolerance).slice(0, -1), ...simplified(after, tolerance)];
-}
-
 /** What a pointer drew, strictly forward, with an old line where it did not. */
-export function redrawn(old, stroke) {
+function redrawn(old, stroke) {
   const sorted = [...stroke].sort((a, b) => a[0] - b[0]);
   const [from, to] = [sorted[0][0], sorted[sorted.length - 1][0]];
   const kept = old.filter(([x]) => x < from - 1e-6 || x > to + 1e-6);
@@ -165,6 +150,18 @@ function pointIn(svg, event) {
   return [((event.clientX - left) / width) * BOX.width, ((event.clientY - top) / height) * BOX.height];
 }
 
+/** An axis with room for all of some values, between round numbers. */
+function roomy(values, last) {
+  const [least, most] = [Math.min(...values), Math.max(...values)];
+  const room = 0.12 * (most - least || 1);
+  const unit = 10 ** Math.floor(Math.log10(most - least + 2 * room)) / 2;
+  return new Axes({
+    low: unit * Math.floor((least - room) / unit),
+    high: unit * Math.ceil((most + room) / unit),
+    last,
+  });
+}
+
 /** The card on which a curve is drawn over the measured one. */
 class Arc {
   #film = null;
@@ -252,29 +249,33 @@ class Arc {
     return values;
   }
 
+  /** The axis of what is drawn, and that of what is measured: the same, but where a story draws in
+   * units of its own (an arc from -1 to 1, say, for what a character hopes for). */
   #axes() {
-    const isBelief = /^\s*P\s*[[(]/.test(this.#expression ?? "");
-    const known = [...(this.#values ?? []), ...(this.#points ?? []).map(([, v]) => v)].filter((v) => v !== null);
-    if (isBelief || !known.length) return new Axes({ low: 0, high: 1, last: this.#film?.play.last ?? 1 });
-    const [low, high] = [Math.min(...known), Math.max(...known)];
-    const room = 0.15 * (high - low || 1);
-    const nice = (v, up) => {
-      const unit = 10 ** Math.floor(Math.log10(high - low + 2 * room)) / 2;
-      return unit * (up ? Math.ceil(v / unit) : Math.floor(v / unit));
-    };
-    return new Axes({ low: nice(low - room, false), high: nice(high + room, true), last: this.#film?.play.last ?? 1 });
+    const last = this.#film?.play.last ?? 1;
+    const measured = (this.#values ?? []).filter((v) => v !== null);
+    const drawn = (this.#points ?? []).map(([, v]) => v);
+    const within = (all, low, high) => all.every((v) => low <= v && v <= high);
+    if (within([...measured, ...drawn], 0, 1)) return [new Axes({ low: 0, high: 1, last })];
+    if (!measured.length || !drawn.length) return [roomy(measured.length ? measured : drawn, last)];
+    const span = (all) => Math.max(...all) - Math.min(...all) || 1e-9;
+    const ratio = span([...measured, ...drawn]) / Math.max(span(measured), span(drawn));
+    const alike = ratio < 1.5 && span(measured) < 4 * span(drawn) && span(drawn) < 4 * span(measured);
+    if (alike) return [roomy([...measured, ...drawn], last)];
+    return [roomy(drawn, last), roomy(measured, last)];
   }
 
   #show() {
     if (this.#drawing) return;
-    const axes = (this.axes = this.#axes());
+    const [axes, own = axes] = this.#axes();
+    this.axes = axes;
     this.now = s("g", { class: "now" }, s("line", { y1: BOX.top, y2: BOX.bottom }));
     const target = s("path", { class: "target", d: this.#line(this.#points ?? []) });
     const handles = (this.#points ?? []).map((point, i) => this.#handle(point, i));
     this.svg.replaceChildren(
       ...axes.drawn(),
       this.now,
-      s("path", { class: "measured", d: this.#values ? axes.path(this.#values) : "" }),
+      s("path", { class: "measured", d: this.#values ? own.path(this.#values) : "" }),
       target,
       ...handles,
     );
@@ -361,9 +362,7 @@ class Arc {
         this.#show();
         return;
       }
-      const height = axes.high - axes.low;
-      const few = held >= 0 ? points : simplified(points.map(([a, v]) => [a, v / height])).map(([a, v]) => [a, v * height]);
-      this.#send(few);
+      this.#send(points);
     });
   }
 

@@ -144,6 +144,7 @@ class Studio {
 
   #changed(isHand) {
     this.files?.keepSoon();
+    $("desk").dataset.text = this.text.version;
     this.dirty();
     if (isHand) {
       this.solveSoon.cancel();
@@ -189,6 +190,7 @@ class Studio {
     });
     rpc.on("i2p/film", (told) => {
       if (!this.#isPresent(told) || this.#chosen === told.version) return;
+      $("desk").dataset.film = told.version;
       this.stage.show(told.film);
     });
     this.text.onDiagnostics = (found) => {
