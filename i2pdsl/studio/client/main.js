@@ -12,6 +12,7 @@ import { Stage } from "./stage.js";
 import { Text } from "./text.js";
 import { Timeline } from "./timeline.js";
 import { Why, Wishes } from "./wishes.js";
+import { World } from "./world.js";
 
 const PAUSE = 250; // milliseconds without a key before a film is looked for
 const SILENT = new Set(["stale", "cancelled", "lost"]); // what nobody need hear of
@@ -39,6 +40,7 @@ class Studio {
       why: new Why($("why"), this),
       patterns: new Palette($("patterns"), this),
     };
+    this.world = new World($("world"), this);
     this.files = new Files(this);
     this.out = new Out(this);
     this.#listen();
@@ -228,6 +230,11 @@ class Studio {
     this.panels.why.showFrame(Math.ceil(time - 1e-9));
   }
 
+  worldShown(told) {
+    $("desk").dataset.film = told.version;
+    $("desk").classList.add("has-film");
+  }
+
   choose(film) {
     this.#chosen = this.text.version;
     this.stage.show(film);
@@ -254,8 +261,10 @@ class Studio {
     this.text.focus();
   }
 
-  opened(path) {
+  opened(path, language) {
     this.story = null;
+    $("desk").dataset.language = language;
+    this.world.clear();
     this.stage.clear();
     this.timeline.setFilm(null);
     this.curves.setFilm(null);
