@@ -20,16 +20,38 @@ export class Candidates {
   constructor(host, studio) {
     this.studio = studio;
     this.host = host;
-    this.find = h("button", { type: "button", class: "main-button", click: () => this.search() }, "Find others");
-    this.onward = h("button", { type: "button", title: "Shows how the film could go on after the frame that is shown", click: () => this.suggest() }, "What if, from here");
+    this.find = h(
+      "button",
+      { type: "button", class: "main-button", click: () => this.search() },
+      "Find others",
+    );
+    this.onward = h(
+      "button",
+      {
+        type: "button",
+        title: "Shows how the film could go on after the frame that is shown",
+        click: () => this.suggest(),
+      },
+      "What if, from here",
+    );
     this.order = h(
       "select",
       { "aria-label": "Sorted by", change: () => this.#sort() },
-      Object.entries(ORDERS).map(([value, [label]]) => h("option", { value }, `by ${label.toLowerCase()}`)),
+      Object.entries(ORDERS).map(([value, [label]]) =>
+        h("option", { value }, `by ${label.toLowerCase()}`),
+      ),
     );
-    this.said = h("p", { class: "hint", role: "status" }, "Other films of this story, to choose from: mirrors and near twins are left out.");
+    this.said = h(
+      "p",
+      { class: "hint", role: "status" },
+      "Other films of this story, to choose from: mirrors and near twins are left out.",
+    );
     this.wall = h("ul", { class: "wall" });
-    host.append(h("div", { class: "panel-head" }, this.find, this.onward, this.order), this.said, this.wall);
+    host.append(
+      h("div", { class: "panel-head" }, this.find, this.onward, this.order),
+      this.said,
+      this.wall,
+    );
     this.watch = setInterval(() => this.#again(), 400);
   }
 
@@ -100,15 +122,20 @@ export class Candidates {
     if (text) bars.append(text);
     else {
       bars.append(
-        ...Object.values(ORDERS).slice(0, 2).map(([label, of]) =>
-          h("span", {}, `${label.toLowerCase()} `, h("b", {}, short(of(film)))),
-        ),
+        ...Object.values(ORDERS)
+          .slice(0, 2)
+          .map(([label, of]) =>
+            h("span", {}, `${label.toLowerCase()} `, h("b", {}, short(of(film)))),
+          ),
       );
     }
     const card = { film, playback: null };
-    const go = () => this.studio.byHand("i2p/hold", {
-      film: film.id, first: 1, last: frame ?? Math.max(1, this.studio.frame || Math.ceil(film.play.last / 2)),
-    });
+    const go = () =>
+      this.studio.byHand("i2p/hold", {
+        film: film.id,
+        first: 1,
+        last: frame ?? Math.max(1, this.studio.frame || Math.ceil(film.play.last / 2)),
+      });
     const choose = () => {
       for (const { node } of this.#cards) node.classList.toggle("chosen", node === card.node);
       this.studio.choose(film);
@@ -116,15 +143,44 @@ export class Candidates {
     card.node = h(
       "li",
       {},
-      h("button", { type: "button", class: "pick", click: choose, "aria-label": `Put on the stage: ${text ?? `panel ${short(film.panel?.mean)}, score ${short(film.score)}`}` }, screen),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "pick",
+          click: choose,
+          "aria-label": `Put on the stage: ${text ?? `panel ${short(film.panel?.mean)}, score ${short(film.score)}`}`,
+        },
+        screen,
+      ),
       bars,
       breaks?.length ? h("p", { class: "breaks" }, `breaks ${breaks.join("; ")}`) : null,
       h(
         "div",
         { class: "acts" },
-        h("button", { type: "button", class: "quiet", click: go, title: frame ? "Pins the film up to this frame" : "Pins the beginning as it is here (up to the frame on the stage, or half of it); what comes after is found anew" }, "Go on from it"),
+        h(
+          "button",
+          {
+            type: "button",
+            class: "quiet",
+            click: go,
+            title: frame
+              ? "Pins the film up to this frame"
+              : "Pins the beginning as it is here (up to the frame on the stage, or half of it); what comes after is found anew",
+          },
+          "Go on from it",
+        ),
         this.studio.story?.can.keep
-          ? h("button", { type: "button", class: "quiet", click: () => this.studio.keep(film), title: "Writes its script beside the story" }, "Keep")
+          ? h(
+              "button",
+              {
+                type: "button",
+                class: "quiet",
+                click: () => this.studio.keep(film),
+                title: "Writes its script beside the story",
+              },
+              "Keep",
+            )
           : null,
       ),
     );

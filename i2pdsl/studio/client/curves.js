@@ -19,7 +19,11 @@ class Axes {
     BOX.bottom - ((BOX.bottom - BOX.top) * (value - this.low)) / (this.high - this.low || 1);
   shareAt = (x) => clamp((x - BOX.left) / (BOX.right - BOX.left), 0, 1);
   valueAt = (y) =>
-    clamp(this.low + ((BOX.bottom - y) / (BOX.bottom - BOX.top)) * (this.high - this.low), this.low, this.high);
+    clamp(
+      this.low + ((BOX.bottom - y) / (BOX.bottom - BOX.top)) * (this.high - this.low),
+      this.low,
+      this.high,
+    );
   frameX = (frame) => this.x(frame / Math.max(this.last, 1));
 
   drawn(ticks = [this.low, (this.low + this.high) / 2, this.high]) {
@@ -28,7 +32,11 @@ class Axes {
       s("text", { x: BOX.left - 5, y: this.y(value) + 3.5, "text-anchor": "end" }, short(value)),
     ]);
     const frames = [0, Math.round(this.last / 2), this.last].map((frame) =>
-      s("text", { x: this.frameX(frame), y: BOX.bottom + 14, "text-anchor": "middle" }, String(frame)),
+      s(
+        "text",
+        { x: this.frameX(frame), y: BOX.bottom + 14, "text-anchor": "middle" },
+        String(frame),
+      ),
     );
     return [...lines, ...frames];
   }
@@ -75,7 +83,9 @@ export class Curves {
   setFilm(film) {
     const panels = film?.play.panels ?? [];
     const wished = panels.filter(({ wish }) => wish); // what the story is about comes first
-    this.#cards = [...wished, ...panels.filter((each) => !wished.includes(each))].map((panel) => this.#card(panel, film.play));
+    this.#cards = [...wished, ...panels.filter((each) => !wished.includes(each))].map((panel) =>
+      this.#card(panel, film.play),
+    );
     this.host.replaceChildren(this.#arc.node, ...this.#cards.map(({ node }) => node));
     this.host.hidden = !film;
     this.#arc.setFilm(film);
@@ -107,7 +117,10 @@ export class Curves {
       const line = s(
         "g",
         { class: "curve" },
-        s("path", { d: axes.path(one.values), "stroke-dasharray": one.dash?.length ? dashed(one.dash) : null }),
+        s("path", {
+          d: axes.path(one.values),
+          "stroke-dasharray": one.dash?.length ? dashed(one.dash) : null,
+        }),
       );
       const dot = s("circle", { class: "dot", r: 4 });
       const told = h("b");
@@ -119,13 +132,23 @@ export class Curves {
     const now = s("g", { class: "now" }, s("line", { y1: BOX.top, y2: BOX.bottom }));
     const shaded = (play.windows ?? []).map(({ first, last }) =>
       s("rect", {
-        class: "window", x: axes.frameX(first), y: BOX.top, height: BOX.bottom - BOX.top,
+        class: "window",
+        x: axes.frameX(first),
+        y: BOX.top,
+        height: BOX.bottom - BOX.top,
         width: axes.frameX(last) - axes.frameX(first),
       }),
     );
-    const svg = plot(...shaded, ...axes.drawn(panel.ticks), now, series.map(({ line }) => line), series.map(({ dots }) => dots));
+    const svg = plot(
+      ...shaded,
+      ...axes.drawn(panel.ticks),
+      now,
+      series.map(({ line }) => line),
+      series.map(({ dots }) => dots),
+    );
     svg.addEventListener("pointerdown", (event) => {
-      const seek = (next) => this.studio.playback?.seek(Math.round(axes.shareAt(pointIn(svg, next)[0]) * play.last));
+      const seek = (next) =>
+        this.studio.playback?.seek(Math.round(axes.shareAt(pointIn(svg, next)[0]) * play.last));
       seek(event);
       follow(svg, event, seek, () => {});
     });
@@ -133,7 +156,11 @@ export class Curves {
       "figure",
       { class: panel.wish ? "curve-card wished" : "curve-card" },
       h("figcaption", {}, panel.title),
-      h("ul", {}, series.map(({ name }) => name)),
+      h(
+        "ul",
+        {},
+        series.map(({ name }) => name),
+      ),
       svg,
     );
     return { node, axes, now, series };
@@ -143,11 +170,18 @@ export class Curves {
 const dashed = (dash) => dash.map((part) => 2.2 * part).join(" ");
 
 const plot = (...children) =>
-  s("svg", { class: "plot", viewBox: `0 0 ${BOX.width} ${BOX.height}`, "aria-hidden": "true" }, children.flat());
+  s(
+    "svg",
+    { class: "plot", viewBox: `0 0 ${BOX.width} ${BOX.height}`, "aria-hidden": "true" },
+    children.flat(),
+  );
 
 function pointIn(svg, event) {
   const { left, top, width, height } = svg.getBoundingClientRect();
-  return [((event.clientX - left) / width) * BOX.width, ((event.clientY - top) / height) * BOX.height];
+  return [
+    ((event.clientX - left) / width) * BOX.width,
+    ((event.clientY - top) / height) * BOX.height,
+  ];
 }
 
 /** An axis with room for all of some values, between round numbers. */
@@ -207,9 +241,14 @@ class Arc {
     const drawn = this.studio.story?.curves ?? [];
     const all = [
       ...drawn.map(({ expression, range, points }, i) => ({
-        label: expression ? `${expression}` : `points ${i + 1}`, expression, range, points,
+        label: expression ? `${expression}` : `points ${i + 1}`,
+        expression,
+        range,
+        points,
       })),
-      ...this.#choices.filter(({ expression }) => !drawn.some((one) => one.expression === expression)),
+      ...this.#choices.filter(
+        ({ expression }) => !drawn.some((one) => one.expression === expression),
+      ),
     ];
     const before = this.choice.value;
     this.options = all;
@@ -260,7 +299,8 @@ class Arc {
     if (!measured.length || !drawn.length) return [roomy(measured.length ? measured : drawn, last)];
     const span = (all) => Math.max(...all) - Math.min(...all) || 1e-9;
     const ratio = span([...measured, ...drawn]) / Math.max(span(measured), span(drawn));
-    const alike = ratio < 1.5 && span(measured) < 4 * span(drawn) && span(drawn) < 4 * span(measured);
+    const alike =
+      ratio < 1.5 && span(measured) < 4 * span(drawn) && span(drawn) < 4 * span(measured);
     if (alike) return [roomy([...measured, ...drawn], last)];
     return [roomy(drawn, last), roomy(measured, last)];
   }
@@ -286,14 +326,27 @@ class Arc {
   }
 
   #line = (points) =>
-    points.map(([share, value], i) => `${i ? "L" : "M"}${this.axes.x(share).toFixed(2)} ${this.axes.y(value).toFixed(2)}`).join("");
+    points
+      .map(
+        ([share, value], i) =>
+          `${i ? "L" : "M"}${this.axes.x(share).toFixed(2)} ${this.axes.y(value).toFixed(2)}`,
+      )
+      .join("");
 
   #handle([share, value], i) {
     const frame = Math.round(share * this.axes.last);
     return s("circle", {
-      class: "handle", cx: this.axes.x(share), cy: this.axes.y(value), r: 4.5, tabindex: 0,
-      role: "slider", "data-point": i, "aria-label": `Point ${i + 1}, frame ${frame}`,
-      "aria-valuemin": this.axes.low, "aria-valuemax": this.axes.high, "aria-valuenow": value,
+      class: "handle",
+      cx: this.axes.x(share),
+      cy: this.axes.y(value),
+      r: 4.5,
+      tabindex: 0,
+      role: "slider",
+      "data-point": i,
+      "aria-label": `Point ${i + 1}, frame ${frame}`,
+      "aria-valuemin": this.axes.low,
+      "aria-valuemax": this.axes.high,
+      "aria-valuenow": value,
       keydown: (event) => this.#key(event, i),
     });
   }
@@ -305,11 +358,14 @@ class Arc {
   #key(event, i) {
     const points = this.#points.map((point) => [...point]);
     const by = (this.axes.high - this.axes.low) / 40;
-    const step = { ArrowUp: [0, by], ArrowDown: [0, -by], ArrowLeft: [-1, 0], ArrowRight: [1, 0] }[event.key];
+    const step = { ArrowUp: [0, by], ArrowDown: [0, -by], ArrowLeft: [-1, 0], ArrowRight: [1, 0] }[
+      event.key
+    ];
     if (step) {
       points[i][1] = clamp(points[i][1] + step[1], this.axes.low, this.axes.high);
       points[i][0] = this.#between(points, i, points[i][0] + step[0] / Math.max(this.axes.last, 1));
-    } else if ((event.key === "Delete" || event.key === "Backspace") && points.length > 2) points.splice(i, 1);
+    } else if ((event.key === "Delete" || event.key === "Backspace") && points.length > 2)
+      points.splice(i, 1);
     else return;
     event.preventDefault();
     event.stopPropagation();
@@ -335,8 +391,9 @@ class Arc {
     };
     const old = this.#points ?? [];
     const [x, y] = pointIn(svg, event);
-    const held = old.findIndex(([share, value]) =>
-      Math.hypot(axes.x(share) - x, axes.y(value) - y) * scale < REACH);
+    const held = old.findIndex(
+      ([share, value]) => Math.hypot(axes.x(share) - x, axes.y(value) - y) * scale < REACH,
+    );
     const target = svg.querySelector(".target");
     const stroke = [];
     let points = old;
@@ -367,12 +424,19 @@ class Arc {
   }
 
   async #send(points) {
-    const rounded = points.map(([share, value]) => [Number(share.toFixed(3)), Number(value.toFixed(3))]);
+    const rounded = points.map(([share, value]) => [
+      Number(share.toFixed(3)),
+      Number(value.toFixed(3)),
+    ]);
     this.#points = rounded;
     this.#show();
     const { low, high } = this.axes;
     await this.studio.byHand("i2p/curve", {
-      points: rounded, range: this.#range, expression: this.#expression, low, high,
+      points: rounded,
+      range: this.#range,
+      expression: this.#expression,
+      low,
+      high,
     });
   }
 }

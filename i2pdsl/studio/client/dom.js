@@ -15,7 +15,9 @@ function filled(node, attributes, children) {
 }
 
 const given = (children) =>
-  children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false);
+  children
+    .flat(Infinity)
+    .filter((child) => child !== null && child !== undefined && child !== false);
 
 /** Puts children in place of those that a node has. */
 export const fill = (node, ...children) => node.replaceChildren(...given(children));
@@ -34,7 +36,11 @@ export const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 
 /** A button with an icon: `path` is drawn in 24 x 24 units. */
 export const icon = (path, line = true) =>
-  s("svg", { viewBox: "0 0 24 24", "aria-hidden": "true" }, s("path", { class: line ? "line" : "", d: path }));
+  s(
+    "svg",
+    { viewBox: "0 0 24 24", "aria-hidden": "true" },
+    s("path", { class: line ? "line" : "", d: path }),
+  );
 
 /** Calls `work` when `wait` milliseconds have passed since the last call. */
 export function later(work, wait) {
@@ -72,9 +78,9 @@ export function follow(node, event, move, end) {
 
 /** Text with `code` in it, as nodes. */
 export const prose = (text) =>
-  text.split(/(`[^`]+`)/).map((part) =>
-    /^`.+`$/.test(part) ? h("code", {}, part.slice(1, -1)) : part,
-  );
+  text
+    .split(/(`[^`]+`)/)
+    .map((part) => (/^`.+`$/.test(part) ? h("code", {}, part.slice(1, -1)) : part));
 
 const sheets = {};
 

@@ -61,14 +61,17 @@ export class Files {
       if (this.path !== path) return true;
       this.#digest = reply.digest;
       this.#saved = text;
-      this.studio.rpc.notify("textDocument/didSave", { textDocument: { uri: this.studio.text.uri } });
+      this.studio.rpc.notify("textDocument/didSave", {
+        textDocument: { uri: this.studio.text.uri },
+      });
       if (!this.isDirty) localStorage.removeItem(KEPT + this.place(path));
       this.studio.dirty();
       this.studio.notice(null, "file");
       return true;
     } catch (refused) {
       if (refused.kind === "conflict") this.#both(refused.data);
-      else if (refused.kind === "lost") this.studio.tell("Not saved: the server is away. It is kept in this browser.");
+      else if (refused.kind === "lost")
+        this.studio.tell("Not saved: the server is away. It is kept in this browser.");
       else this.studio.tell(`Not saved: ${refused.message}`);
       return false;
     }
@@ -112,7 +115,14 @@ export class Files {
       `You typed something here (${told}) that was not saved.`,
       "typed",
       ["Bring it back", () => this.studio.text.replace(text)],
-      ["Compare", () => this.#compare("As it was typed", text, "As the file is", this.studio.text.text, ["Bring it back", () => this.studio.text.replace(text)])],
+      [
+        "Compare",
+        () =>
+          this.#compare("As it was typed", text, "As the file is", this.studio.text.text, [
+            "Bring it back",
+            () => this.studio.text.replace(text),
+          ]),
+      ],
       ["Forget it", () => localStorage.removeItem(KEPT + this.place(path))],
     );
   }
@@ -138,11 +148,10 @@ export class Files {
       this.studio.dirty();
       return;
     }
-    this.studio.notice(
-      "The file was changed outside, and you have changes of your own.",
-      "file",
-      ["Show both", () => this.#both(found)],
-    );
+    this.studio.notice("The file was changed outside, and you have changes of your own.", "file", [
+      "Show both",
+      () => this.#both(found),
+    ]);
   }
 
   /** Both texts, to choose from. */
@@ -155,7 +164,10 @@ export class Files {
     };
     this.studio.notice(null, "file");
     this.#compare(
-      "Yours", this.studio.text.text, "As the file is now", text,
+      "Yours",
+      this.studio.text.text,
+      "As the file is now",
+      text,
       ["Keep mine", () => this.save(digest)],
       ["Take the file’s", theirs],
     );
@@ -166,8 +178,15 @@ export class Files {
     const there = new Set(other.split("\n"));
     const here = new Set(mine.split("\n"));
     const shown = (text, known) =>
-      h("pre", { tabindex: 0 }, text.split("\n").map((line) => h("span", { class: known.has(line) ? null : "own" }, `${line}\n`)));
-    fill(dialog, 
+      h(
+        "pre",
+        { tabindex: 0 },
+        text
+          .split("\n")
+          .map((line) => h("span", { class: known.has(line) ? null : "own" }, `${line}\n`)),
+      );
+    fill(
+      dialog,
       h("h2", { id: "both-heading" }, "Two texts of one file"),
       h(
         "div",
@@ -178,8 +197,14 @@ export class Files {
       h(
         "p",
         { class: "acts" },
-        acts.map(([label, act]) => h("button", { type: "button", click: () => (dialog.close(), act()) }, label)),
-        h("button", { type: "button", class: "quiet", click: () => dialog.close() }, "Neither, yet"),
+        acts.map(([label, act]) =>
+          h("button", { type: "button", click: () => (dialog.close(), act()) }, label),
+        ),
+        h(
+          "button",
+          { type: "button", class: "quiet", click: () => dialog.close() },
+          "Neither, yet",
+        ),
       ),
     );
     dialog.showModal();
@@ -199,22 +224,45 @@ export class Files {
     const { files = [] } = (await this.studio.request("i2p/files")) ?? {};
     const stories = files.filter(({ kind }) => kind === "story");
     const worlds = files.filter(({ kind }) => kind === "world");
-    fill(this.dialog, 
+    fill(
+      this.dialog,
       h(
         "div",
         { class: "dialog-head" },
         h("h2", { id: "files-heading" }, this.studio.folder || "Stories"),
-        this.path !== null ? h("button", { type: "button", class: "quiet", click: () => this.dialog.close() }, "Close") : null,
+        this.path !== null
+          ? h(
+              "button",
+              { type: "button", class: "quiet", click: () => this.dialog.close() },
+              "Close",
+            )
+          : null,
       ),
       this.#new(),
-      stories.length ? h("ul", { class: "gallery" }, stories.map((file) => this.#card(file))) : h("p", { class: "hint" }, "There is no story in this folder yet: begin one above."),
+      stories.length
+        ? h(
+            "ul",
+            { class: "gallery" },
+            stories.map((file) => this.#card(file)),
+          )
+        : h("p", { class: "hint" }, "There is no story in this folder yet: begin one above."),
       worlds.length ? h("h3", {}, "Worlds") : null,
-      worlds.length ? h("ul", { class: "gallery worlds" }, worlds.map((file) => this.#card(file))) : null,
+      worlds.length
+        ? h(
+            "ul",
+            { class: "gallery worlds" },
+            worlds.map((file) => this.#card(file)),
+          )
+        : null,
     );
   }
 
   #card({ path, about }) {
-    const name = path.split("/").pop().replace(/\.\w+$/, "").replaceAll("-", " ");
+    const name = path
+      .split("/")
+      .pop()
+      .replace(/\.\w+$/, "")
+      .replaceAll("-", " ");
     const folder = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
     const typed = this.#kept(path) !== null;
     const picture = pictureOf(this.place(path));
@@ -223,7 +271,12 @@ export class Files {
       {},
       h(
         "button",
-        { type: "button", class: path === this.path ? "file open" : "file", "data-path": path, click: () => this.open(path) },
+        {
+          type: "button",
+          class: path === this.path ? "file open" : "file",
+          "data-path": path,
+          click: () => this.open(path),
+        },
         picture ? h("img", { src: picture, alt: "" }) : null,
         folder ? h("small", {}, folder) : null,
         h("strong", {}, name),
@@ -235,19 +288,50 @@ export class Files {
 
   #new() {
     const { beginnings, worlds } = this.beginnings;
-    const name = h("input", { name: "name", required: true, placeholder: "my-story", pattern: "[^/\\\\]+", "aria-label": "Name", autocomplete: "off" });
-    const world = h("select", { "aria-label": "World" }, worlds.map(({ name: value, about }) => h("option", { value, title: about }, value)));
-    const kind = h("select", { "aria-label": "Beginning" }, beginnings.map(({ name: value, about }) => h("option", { value, title: about }, about && about.length < 60 ? `${value}: ${about}` : value)));
+    const name = h("input", {
+      name: "name",
+      required: true,
+      placeholder: "my-story",
+      pattern: "[^/\\\\]+",
+      "aria-label": "Name",
+      autocomplete: "off",
+    });
+    const world = h(
+      "select",
+      { "aria-label": "World" },
+      worlds.map(({ name: value, about }) => h("option", { value, title: about }, value)),
+    );
+    const kind = h(
+      "select",
+      { "aria-label": "Beginning" },
+      beginnings.map(({ name: value, about }) =>
+        h(
+          "option",
+          { value, title: about },
+          about && about.length < 60 ? `${value}: ${about}` : value,
+        ),
+      ),
+    );
     if (worlds.some(({ name: each }) => each === "kitchen")) world.value = "kitchen";
     const begin = async (event) => {
       event.preventDefault();
-      const found = await this.studio.request("i2p/new", { name: name.value.trim(), world: world.value, beginning: kind.value || null });
+      const found = await this.studio.request("i2p/new", {
+        name: name.value.trim(),
+        world: world.value,
+        beginning: kind.value || null,
+      });
       if (!found) return;
       try {
-        await this.studio.rpc.request("i2p/save", { path: found.path, text: found.text, digest: null });
+        await this.studio.rpc.request("i2p/save", {
+          path: found.path,
+          text: found.text,
+          digest: null,
+        });
         await this.open(found.path);
       } catch (refused) {
-        this.studio.tell(refused.kind === "conflict" ? `There is a ${found.path} already.` : refused.message);
+        this.studio.tell(
+          refused.kind === "conflict" ? `There is a ${found.path} already.` : refused.message,
+        );
       }
     };
     return h(

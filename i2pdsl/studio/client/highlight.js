@@ -34,7 +34,7 @@ const kindOf = (scope) => KINDS[scope.slice(0, scope.lastIndexOf("."))] ?? null;
 /** The pieces of a line, [{ end, kind }]: of the rules that match first, the first. */
 function pieces(rules, line) {
   const found = [];
-  for (let at = 0; at < line.length; ) {
+  for (let at = 0; at < line.length;) {
     let best = null;
     for (const rule of rules) {
       rule.pattern.lastIndex = at;
@@ -79,7 +79,10 @@ export function languageOf(name, grammar) {
       return kind;
     },
     tokenTable: TAGS,
-    languageData: { commentTokens: { line: "#" }, closeBrackets: { brackets: ["(", "[", "{", '"'] } },
+    languageData: {
+      commentTokens: { line: "#" },
+      closeBrackets: { brackets: ["(", "[", "{", '"'] },
+    },
   });
 }
 

@@ -28,7 +28,11 @@ class Studio {
 
   constructor() {
     const token = location.hash.slice(1);
-    this.rpc = new Connection(token, () => this.#connected(), () => this.#lost());
+    this.rpc = new Connection(
+      token,
+      () => this.#connected(),
+      () => this.#lost(),
+    );
     this.solveSoon = later(() => this.solve(), PAUSE);
     this.text = new Text($("text"), this.rpc, ({ isHand }) => this.#changed(isHand));
     this.stage = new Stage($("stage"), this);
@@ -111,7 +115,9 @@ class Studio {
       capabilities: {
         general: { positionEncodings: ["utf-16"] },
         textDocument: {
-          completion: { completionItem: { snippetSupport: true, documentationFormat: ["markdown"] } },
+          completion: {
+            completionItem: { snippetSupport: true, documentationFormat: ["markdown"] },
+          },
           hover: { contentFormat: ["markdown"] },
           publishDiagnostics: { versionSupport: true },
         },
@@ -130,7 +136,10 @@ class Studio {
       return;
     }
     const path = history.state?.path ?? sessionStorage.getItem("i2p-open") ?? told.start;
-    if (!(path && (await this.files.open(path))) && !(told.start && (await this.files.open(told.start)))) {
+    if (
+      !(path && (await this.files.open(path))) &&
+      !(told.start && (await this.files.open(told.start)))
+    ) {
       this.files.gallery();
     }
   }
@@ -138,7 +147,10 @@ class Studio {
   #lost() {
     this.#progress = "";
     if (this.text === undefined) return;
-    this.notice("The studio’s server is away. What you type is kept here; it is looked for again.", "lost");
+    this.notice(
+      "The studio’s server is away. What you type is kept here; it is looked for again.",
+      "lost",
+    );
     this.#tellState();
   }
 
@@ -176,7 +188,14 @@ class Studio {
     const { rpc } = this;
     rpc.on("i2p/story", (told) => {
       if (!this.#isPresent(told)) return;
-      this.story = { can: { drag: ["cheese", "robot", "table"] }, pins: [], numbers: [], curves: [], wishes: [], ...told };
+      this.story = {
+        can: { drag: ["cheese", "robot", "table"] },
+        pins: [],
+        numbers: [],
+        curves: [],
+        wishes: [],
+        ...told,
+      };
       this.#wrong = false;
       this.text.setNumbers(told.version, told.numbers ?? []);
       this.stage.refresh();
@@ -271,7 +290,11 @@ class Studio {
     this.panels.others.clear();
     this.panels.patterns.clear();
     $("desk").classList.remove("has-film");
-    const name = path.split("/").pop().replace(/\.\w+$/, "").replaceAll("-", " ");
+    const name = path
+      .split("/")
+      .pop()
+      .replace(/\.\w+$/, "")
+      .replaceAll("-", " ");
     $("title").textContent = name;
     document.title = `${name} · i2p studio`;
   }
@@ -297,14 +320,18 @@ class Studio {
       if (film.unmet?.length) parts.push(`${film.unmet.length} not met`);
     }
     $("state").textContent = parts.join(" · ");
-    $("state").dataset.kind = !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
+    $("state").dataset.kind =
+      !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
     if (this.stage) this.stage.setStale(this.#wrong);
     if (film) {
       const { mean } = film.panel ?? {};
       this.stage.mark.textContent = [
         film.score === null ? null : `score ${film.score.toPrecision(3)}`,
         mean === undefined || mean === null ? null : `panel ${mean.toPrecision(3)}`,
-      ].filter(Boolean).join(" · ").replaceAll("-", "−");
+      ]
+        .filter(Boolean)
+        .join(" · ")
+        .replaceAll("-", "−");
     }
   }
 
@@ -324,7 +351,8 @@ class Studio {
       { class: "notice", "data-notice": key },
       h("span", {}, text),
       acts.map(([label, act]) =>
-        h("button", { type: "button", click: () => (node.remove(), act()) }, label)),
+        h("button", { type: "button", click: () => (node.remove(), act()) }, label),
+      ),
     );
     $("notices").prepend(node);
   }
@@ -405,7 +433,12 @@ class Studio {
     let side = set(Number(localStorage.getItem("i2p-side") ?? 42));
     grip.addEventListener("pointerdown", (event) => {
       const { left, width } = $("desk").getBoundingClientRect();
-      follow(grip, event, (next) => (side = set(100 - (100 * (next.clientX - left)) / width)), () => {});
+      follow(
+        grip,
+        event,
+        (next) => (side = set(100 - (100 * (next.clientX - left)) / width)),
+        () => {},
+      );
     });
     grip.addEventListener("keydown", (event) => {
       const by = { ArrowLeft: 2, ArrowRight: -2 }[event.key];

@@ -4,8 +4,7 @@ import { mount } from "/render/page/player.js";
 
 const kinds = {};
 
-const styles = () =>
-  Promise.all(["/render/page/page.css", "/film.css"].map(sheetOf));
+const styles = () => Promise.all(["/render/page/page.css", "/film.css"].map(sheetOf));
 
 /** Makes a host fit to mount films in. */
 export function filmHost(attributes = {}) {

@@ -13,7 +13,11 @@ const found = StateField.define({
     if (transaction.docChanged) {
       const { changes, state } = transaction;
       now = known
-        .map((one) => ({ ...one, from: changes.mapPos(one.from, -1), to: changes.mapPos(one.to, 1) }))
+        .map((one) => ({
+          ...one,
+          from: changes.mapPos(one.from, -1),
+          to: changes.mapPos(one.to, 1),
+        }))
         .filter(({ from, to }) => from < to && isNumber(state.sliceDoc(from, to)));
     }
     for (const effect of transaction.effects) if (effect.is(setNumbers)) now = effect.value;
@@ -73,7 +77,13 @@ export function slider(view, number, rewrite) {
     { class: "slide" },
     h("span", {}, what),
     h("input", {
-      type: "range", min: low, max: high, step, value: text(number), input: move, change: end,
+      type: "range",
+      min: low,
+      max: high,
+      step,
+      value: text(number),
+      input: move,
+      change: end,
     }),
     shown,
   );

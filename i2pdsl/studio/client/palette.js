@@ -7,13 +7,19 @@ export class Palette {
   constructor(host, studio) {
     this.studio = studio;
     this.words = h("input", {
-      type: "search", placeholder: "seems to help, then hinders …", "aria-label": "What it shall be like, in words",
+      type: "search",
+      placeholder: "seems to help, then hinders …",
+      "aria-label": "What it shall be like, in words",
       input: later(() => this.search(), 120),
     });
     this.list = h("ul", { class: "patterns" });
     host.append(
       h("p", { class: "panel-head" }, this.words),
-      h("p", { class: "hint" }, "Say what you want viewers to go through; the patterns that fit best come first."),
+      h(
+        "p",
+        { class: "hint" },
+        "Say what you want viewers to go through; the patterns that fit best come first.",
+      ),
       this.list,
     );
   }
@@ -55,7 +61,9 @@ export class Palette {
         h(
           "summary",
           {},
-          picture ? h("img", { src: picture, alt: "", loading: "lazy", width: 120, height: 40 }) : null,
+          picture
+            ? h("img", { src: picture, alt: "", loading: "lazy", width: 120, height: 40 })
+            : null,
           h("strong", {}, name.replaceAll("_", " ")),
           h("span", {}, prose(about.split(/\n\s*\n/)[0])),
         ),
@@ -73,15 +81,23 @@ export class Palette {
   #slot(pattern, { name, default: usual, about, offers }, i) {
     const list = `offers-${pattern}-${i}`;
     const input = h("input", {
-      list, value: usual === null ? (offers[0] ?? "") : "", placeholder: usual ?? "", spellcheck: "false",
-      autocomplete: "off", required: usual === null,
+      list,
+      value: usual === null ? (offers[0] ?? "") : "",
+      placeholder: usual ?? "",
+      spellcheck: "false",
+      autocomplete: "off",
+      required: usual === null,
     });
     const node = h(
       "label",
       { class: "slot" },
       h("code", {}, name),
       input,
-      h("datalist", { id: list }, offers.map((value) => h("option", { value }))),
+      h(
+        "datalist",
+        { id: list },
+        offers.map((value) => h("option", { value })),
+      ),
       about ? h("small", {}, prose(about)) : null,
     );
     return { node, input };

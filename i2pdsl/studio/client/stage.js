@@ -21,8 +21,15 @@ export class Stage {
     this.empty = h("p", { class: "empty" }, "The film comes here.");
     this.mark = h("span", { class: "quality" });
     host.append(
-      this.empty, this.host, this.said,
-      h("div", { class: "under" }, h("p", { class: "telling" }, this.badge, this.caption), this.mark),
+      this.empty,
+      this.host,
+      this.said,
+      h(
+        "div",
+        { class: "under" },
+        h("p", { class: "telling" }, this.badge, this.caption),
+        this.mark,
+      ),
       this.cast,
     );
     this.host.tabIndex = -1;
@@ -55,7 +62,11 @@ export class Stage {
       return;
     }
     const before = this.#playback;
-    const [time, playing, speed] = [this.time, before?.isPlaying ?? this.studio.plays, before?.speed];
+    const [time, playing, speed] = [
+      this.time,
+      before?.isPlaying ?? this.studio.plays,
+      before?.speed,
+    ];
     const playback = await mountFilm(this.host, film.play, {
       onDraw: (now) => this.#drawn(now),
     });
@@ -130,7 +141,9 @@ export class Stage {
   #drawPins() {
     if (!this.#layer || this.#placing) return;
     const scale = this.#size / 420;
-    const pins = this.studio.pins.filter(({ frame, last }) => frame <= this.frame && this.frame <= last);
+    const pins = this.studio.pins.filter(
+      ({ frame, last }) => frame <= this.frame && this.frame <= last,
+    );
     this.#layer.replaceChildren(
       ...pins.flatMap(({ who }) => {
         const at = who && this.#at(who);
@@ -151,11 +164,18 @@ export class Stage {
     this.cast.replaceChildren(
       h("span", {}, "Place"),
       ...drag.map((who) =>
-        h("button", {
-          type: "button", class: "chip", "aria-pressed": "false", "data-who": who,
-          title: `Choose where ${who} is in this frame`,
-          click: () => (this.#placing?.who === who ? this.leave() : this.#begin(who)),
-        }, who),
+        h(
+          "button",
+          {
+            type: "button",
+            class: "chip",
+            "aria-pressed": "false",
+            "data-who": who,
+            title: `Choose where ${who} is in this frame`,
+            click: () => (this.#placing?.who === who ? this.leave() : this.#begin(who)),
+          },
+          who,
+        ),
       ),
     );
   }
@@ -237,7 +257,9 @@ export class Stage {
     }));
     this.#layer.prepend(...placing.spots.map(({ node }) => node));
     const count = placing.spots.filter(({ possible }) => possible).length;
-    this.#say(`${who} can be in ${count} places in frame ${placing.frame}. Arrow keys choose, Enter pins.`);
+    this.#say(
+      `${who} can be in ${count} places in frame ${placing.frame}. Arrow keys choose, Enter pins.`,
+    );
     if (placing.waits) placing.waits();
     else if (document.activeElement?.dataset?.who === who) {
       this.host.focus();

@@ -1,11 +1,38 @@
 // The story's text: CodeMirror, with what the language server says of it. The text is the truth:
 // whatever is done by hand elsewhere comes here as an edit, and each is one step of undo.
 import {
-  Annotation, Compartment, EditorState, EditorView, Prec, Transaction, autocompletion, bracketMatching,
-  closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection,
-  highlightActiveLine, history, historyKeymap, hoverTooltip, indentUnit, isolateHistory, keymap,
-  lineNumbers, lintGutter, lintKeymap, redo, redoDepth, searchKeymap, setDiagnostics, snippet,
-  syntaxHighlighting, tooltips, undo, undoDepth,
+  Annotation,
+  Compartment,
+  EditorState,
+  EditorView,
+  Prec,
+  Transaction,
+  autocompletion,
+  bracketMatching,
+  closeBrackets,
+  closeBracketsKeymap,
+  completionKeymap,
+  defaultKeymap,
+  drawSelection,
+  highlightActiveLine,
+  history,
+  historyKeymap,
+  hoverTooltip,
+  indentUnit,
+  isolateHistory,
+  keymap,
+  lineNumbers,
+  lintGutter,
+  lintKeymap,
+  redo,
+  redoDepth,
+  searchKeymap,
+  setDiagnostics,
+  snippet,
+  syntaxHighlighting,
+  tooltips,
+  undo,
+  undoDepth,
 } from "./codemirror.js";
 import { h, sheetOf } from "./dom.js";
 import { colours, languageOf } from "./highlight.js";
@@ -13,11 +40,20 @@ import { numberAt, numbers, setNumbers, slider, stepNumber } from "./numbers.js"
 
 const Hand = Annotation.define(); // what was not typed
 const SEVERITIES = { 1: "error", 2: "warning", 3: "info", 4: "hint" };
-const KINDS = { 3: "function", 6: "variable", 7: "type", 12: "constant", 14: "keyword", 21: "constant" };
+const KINDS = {
+  3: "function",
+  6: "variable",
+  7: "type",
+  12: "constant",
+  14: "keyword",
+  21: "constant",
+};
 const grammars = {};
 
 async function grammarOf(language) {
-  grammars[language] ??= fetch(`/language/${language}.tmLanguage.json`).then((reply) => reply.json());
+  grammars[language] ??= fetch(`/language/${language}.tmLanguage.json`).then((reply) =>
+    reply.json(),
+  );
   return languageOf(language, await grammars[language]);
 }
 
@@ -62,7 +98,8 @@ export class Text {
 
   /** Opens a document; what was open is closed. */
   async open(uri, languageId, text) {
-    if (this.uri !== null) this.rpc.notify("textDocument/didClose", { textDocument: { uri: this.uri } });
+    if (this.uri !== null)
+      this.rpc.notify("textDocument/didClose", { textDocument: { uri: this.uri } });
     this.uri = uri;
     this.languageId = languageId;
     this.version += 1;
@@ -145,7 +182,11 @@ export class Text {
   #isHand = false;
 
   #byHand(spec) {
-    const annotations = [Hand.of(true), isolateHistory.of("full"), Transaction.userEvent.of("hand")];
+    const annotations = [
+      Hand.of(true),
+      isolateHistory.of("full"),
+      Transaction.userEvent.of("hand"),
+    ];
     this.#view.dispatch({ ...spec, annotations });
   }
 
@@ -154,8 +195,15 @@ export class Text {
     return EditorState.create({
       doc,
       extensions: [
-        lineNumbers(), lintGutter(), history(), drawSelection(), highlightActiveLine(),
-        bracketMatching(), closeBrackets(), indentUnit.of("    "), EditorState.tabSize.of(4),
+        lineNumbers(),
+        lintGutter(),
+        history(),
+        drawSelection(),
+        highlightActiveLine(),
+        bracketMatching(),
+        closeBrackets(),
+        indentUnit.of("    "),
+        EditorState.tabSize.of(4),
         EditorView.lineWrapping,
         EditorView.contentAttributes.of({ "aria-label": language, spellcheck: "false" }),
         tooltips({ position: "fixed" }),
@@ -164,14 +212,20 @@ export class Text {
         numbers({ rewrite: this.#slide }),
         autocompletion({ override: [(context) => this.#complete(context)], icons: true }),
         hoverTooltip((view, at) => this.#hover(view, at), { hoverTime: 220 }),
-        Prec.high(keymap.of([
-          { key: "Shift-Alt-f", run: () => (this.format(), true) },
-          { key: "Alt-ArrowUp", run: (view) => stepNumber(view, 1, this.#stepped) },
-          { key: "Alt-ArrowDown", run: (view) => stepNumber(view, -1, this.#stepped) },
-        ])),
+        Prec.high(
+          keymap.of([
+            { key: "Shift-Alt-f", run: () => (this.format(), true) },
+            { key: "Alt-ArrowUp", run: (view) => stepNumber(view, 1, this.#stepped) },
+            { key: "Alt-ArrowDown", run: (view) => stepNumber(view, -1, this.#stepped) },
+          ]),
+        ),
         keymap.of([
-          ...closeBracketsKeymap, ...completionKeymap, ...searchKeymap, ...lintKeymap,
-          ...historyKeymap, ...defaultKeymap,
+          ...closeBracketsKeymap,
+          ...completionKeymap,
+          ...searchKeymap,
+          ...lintKeymap,
+          ...historyKeymap,
+          ...defaultKeymap,
         ]),
         EditorView.updateListener.of((update) => this.#heard(update)),
       ],
@@ -244,7 +298,9 @@ export class Text {
     const items = Array.isArray(reply) ? reply : (reply?.items ?? []);
     if (!items.length || context.aborted) return null;
     const range = items.find((item) => item.textEdit)?.textEdit.range;
-    const sorted = [...items].sort((a, b) => ((a.sortText ?? a.label) < (b.sortText ?? b.label) ? -1 : 1));
+    const sorted = [...items].sort((a, b) =>
+      (a.sortText ?? a.label) < (b.sortText ?? b.label) ? -1 : 1,
+    );
     return {
       from: range ? this.#offset(range.start) : (typed?.from ?? context.pos),
       options: sorted.map((item, rank) => this.#option(item, -Math.min(rank, 90))),
@@ -269,7 +325,12 @@ export class Text {
     const number = numberAt(view.state, at);
     const reply = await this.#ask("textDocument/hover", at);
     if (!reply && !number) return null;
-    const told = reply && [reply.contents].flat().map((part) => part.value ?? part).join("\n\n");
+    const told =
+      reply &&
+      [reply.contents]
+        .flat()
+        .map((part) => part.value ?? part)
+        .join("\n\n");
     const { from, to } = number ?? (reply.range ? this.#span(reply.range) : { from: at, to: at });
     return {
       pos: from,
@@ -295,17 +356,20 @@ function markdown(text) {
     { class: "told" },
     parts.map((part, i) => {
       if (i % 2) return h("pre", {}, part.trimEnd());
-      return part.split(/\n\s*\n/).filter((p) => p.trim()).map((paragraph) =>
-        h(
-          "p",
-          {},
-          paragraph.split(/(`[^`]+`|\*\*[^*]+\*\*)/).map((piece) => {
-            if (/^`.*`$/s.test(piece)) return h("code", {}, piece.slice(1, -1));
-            if (/^\*\*.*\*\*$/s.test(piece)) return h("strong", {}, piece.slice(2, -2));
-            return piece;
-          }),
-        ),
-      );
+      return part
+        .split(/\n\s*\n/)
+        .filter((p) => p.trim())
+        .map((paragraph) =>
+          h(
+            "p",
+            {},
+            paragraph.split(/(`[^`]+`|\*\*[^*]+\*\*)/).map((piece) => {
+              if (/^`.*`$/s.test(piece)) return h("code", {}, piece.slice(1, -1));
+              if (/^\*\*.*\*\*$/s.test(piece)) return h("strong", {}, piece.slice(2, -2));
+              return piece;
+            }),
+          ),
+        );
     }),
   );
 }

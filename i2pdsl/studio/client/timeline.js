@@ -6,15 +6,29 @@ const AWAY = 46; // pixels up or down at which a pin is dragged away
 
 export class Timeline {
   #pins = h("div", { class: "lane pins", role: "group", "aria-label": "Pins" });
-  #moments = h("div", { class: "lane moments", role: "group", "aria-label": "Moments of the story" });
+  #moments = h("div", {
+    class: "lane moments",
+    role: "group",
+    "aria-label": "Moments of the story",
+  });
 
   constructor(host, studio) {
     this.studio = studio;
     const button = (name, path, act, more = {}) =>
-      h("button", { type: "button", "aria-label": name, title: name, click: act, ...more }, icon(path));
+      h(
+        "button",
+        { type: "button", "aria-label": name, title: name, click: act, ...more },
+        icon(path),
+      );
     this.play = h(
       "button",
-      { type: "button", class: "main", "aria-label": "Play", title: "Play or pause (space)", click: () => this.toggle() },
+      {
+        type: "button",
+        class: "main",
+        "aria-label": "Play",
+        title: "Play or pause (space)",
+        click: () => this.toggle(),
+      },
       s(
         "svg",
         { viewBox: "0 0 24 24", "aria-hidden": "true" },
@@ -23,13 +37,22 @@ export class Timeline {
       ),
     );
     this.scrubber = h("input", {
-      type: "range", id: "scrubber", "aria-label": "Frame", min: 0, max: 1, step: 0.01, value: 0,
+      type: "range",
+      id: "scrubber",
+      "aria-label": "Frame",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      value: 0,
       input: (event) => this.#scrub(Number(event.target.value)),
     });
     this.counter = h("output", { class: "counter", for: "scrubber" }, "0 / 0");
     this.speed = h(
       "select",
-      { "aria-label": "Speed", change: () => this.studio.playback?.setSpeed(Number(this.speed.value)) },
+      {
+        "aria-label": "Speed",
+        change: () => this.studio.playback?.setSpeed(Number(this.speed.value)),
+      },
       SPEEDS.map((each) => h("option", { value: each }, `${each}×`)),
     );
     this.speed.value = "1";
@@ -38,9 +61,37 @@ export class Timeline {
     this.tools = h(
       "div",
       { class: "turns", role: "group", "aria-label": "Turns" },
-      h("button", { type: "button", class: "quiet", title: "Adds a turn before this frame", click: hand("insert") }, "+ turn"),
-      h("button", { type: "button", class: "quiet", title: "Takes this frame’s turn out", click: hand("cut") }, "− turn"),
-      h("button", { type: "button", class: "quiet", id: "hold", title: "Pins all up to this frame as it is; what comes after is found anew", click: () => this.#hold() }, "Hold to here"),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          title: "Adds a turn before this frame",
+          click: hand("insert"),
+        },
+        "+ turn",
+      ),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          title: "Takes this frame’s turn out",
+          click: hand("cut"),
+        },
+        "− turn",
+      ),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          id: "hold",
+          title: "Pins all up to this frame as it is; what comes after is found anew",
+          click: () => this.#hold(),
+        },
+        "Hold to here",
+      ),
     );
     host.append(
       h("div", { class: "track" }, this.#moments, this.scrubber, this.#pins),
@@ -55,7 +106,9 @@ export class Timeline {
           this.play,
           button("Forward one frame", "M9 5l7 7-7 7", () => this.step(1)),
         ),
-        this.counter, this.speed, this.tools,
+        this.counter,
+        this.speed,
+        this.tools,
       ),
     );
     this.setFilm(null);
@@ -80,7 +133,10 @@ export class Timeline {
     if (frame === this.#frame) return;
     this.#frame = frame;
     this.counter.textContent = `${frame} / ${this.last}`;
-    this.scrubber.setAttribute("aria-valuetext", frame ? `frame ${frame} of ${this.last}` : "start");
+    this.scrubber.setAttribute(
+      "aria-valuetext",
+      frame ? `frame ${frame} of ${this.last}` : "start",
+    );
   }
 
   #frame = -1;
@@ -130,10 +186,21 @@ export class Timeline {
     const node = h(
       "button",
       {
-        type: "button", class: "mark", "data-key": `pin-${i}`, "data-frame": frame, "data-who": who ?? "",
+        type: "button",
+        class: "mark",
+        "data-key": `pin-${i}`,
+        "data-frame": frame,
+        "data-who": who ?? "",
         "aria-label": `Pin in ${where}: ${text}. Drag it, or use arrow keys; Delete takes it away`,
         title: `${where}: ${text}`,
-        pointerdown: (event) => this.#drag(event, node, frame, (to) => this.#move(pin, to), () => this.#unpin(pin)),
+        pointerdown: (event) =>
+          this.#drag(
+            event,
+            node,
+            frame,
+            (to) => this.#move(pin, to),
+            () => this.#unpin(pin),
+          ),
         dblclick: () => this.studio.text.reveal(pin.range),
         keydown: (event) => {
           const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
@@ -166,10 +233,14 @@ export class Timeline {
     const isIndex = Math.abs(value - frame) < 1e-9;
     const rewrite = (to) => {
       const next = isIndex ? to : to / Math.max(this.last, 1);
-      if (to !== frame) this.studio.text.rewrite(range, String(Number(next.toFixed(step < 1 ? 2 : 0))));
+      if (to !== frame)
+        this.studio.text.rewrite(range, String(Number(next.toFixed(step < 1 ? 2 : 0))));
     };
     const node = h("button", {
-      type: "button", class: "moment", "data-key": `moment-${i}`, "data-frame": frame,
+      type: "button",
+      class: "moment",
+      "data-key": `moment-${i}`,
+      "data-frame": frame,
       "aria-label": `${what} in frame ${Math.round(frame)}. Drag it, or use arrow keys`,
       title: `${what}: frame ${Math.round(frame)}`,
       pointerdown: (event) => this.#drag(event, node, frame, rewrite),
@@ -195,7 +266,11 @@ export class Timeline {
       (next) => {
         began ||= Math.hypot(next.clientX - x, next.clientY - y) > 4;
         if (!began) return;
-        to = clamp(Math.round(frame + ((next.clientX - x) / track.width) * this.last), removed ? 1 : 0, this.last);
+        to = clamp(
+          Math.round(frame + ((next.clientX - x) / track.width) * this.last),
+          removed ? 1 : 0,
+          this.last,
+        );
         gone = removed !== null && Math.abs(next.clientY - y) > AWAY;
         node.classList.toggle("gone", gone);
         this.#place(node, to);

@@ -52,7 +52,9 @@ export class World {
       paintable ? "Press and drag to paint." : "",
       told.planned ? "" : "It is planned before stories can be told in it.",
       "Drop an SVG or PNG on a name to draw it so.",
-    ].filter(Boolean).join(" ");
+    ]
+      .filter(Boolean)
+      .join(" ");
     this.studio.worldShown(told);
   }
 
@@ -68,18 +70,40 @@ export class World {
       all.map(({ name, symbol, color }) => {
         const swatch = h("i", { class: "swatch" });
         swatch.style.background = color ?? "#f5ead8";
-        return h("label", { class: "chip" },
-          h("input", { type: "radio", name: "brush", value: symbol, checked: symbol === this.#brush, change: () => (this.#brush = symbol) }),
-          swatch, name);
+        return h(
+          "label",
+          { class: "chip" },
+          h("input", {
+            type: "radio",
+            name: "brush",
+            value: symbol,
+            checked: symbol === this.#brush,
+            change: () => (this.#brush = symbol),
+          }),
+          swatch,
+          name,
+        );
       }),
     );
     const [columns, count] = [Math.max(...rows.map((row) => row.length)), rows.length];
     const number = (label, value, size) =>
-      h("label", {}, h("span", {}, label),
-        h("input", { type: "number", min: 1, max: 40, value, change: (event) => this.studio.byHand("i2p/size", size(Number(event.target.value))) }));
-    fill(this.size,
+      h(
+        "label",
+        {},
+        h("span", {}, label),
+        h("input", {
+          type: "number",
+          min: 1,
+          max: 40,
+          value,
+          change: (event) => this.studio.byHand("i2p/size", size(Number(event.target.value))),
+        }),
+      );
+    fill(
+      this.size,
       number("columns", columns, (value) => ({ columns: value, rows: count })),
-      number("rows", count, (value) => ({ columns, rows: value })));
+      number("rows", count, (value) => ({ columns, rows: value })),
+    );
   }
 
   #listCast(entities) {
@@ -88,21 +112,53 @@ export class World {
       entities.map(({ name, what, color, sprite }) => {
         const dot = h("i", { class: "swatch" });
         if (color) dot.style.background = color;
-        return h("div", { class: "entity", "data-name": name, "data-what": what }, dot, h("strong", {}, name), h("small", {}, [what, sprite].filter(Boolean).join(", ")),
-          h("button", { type: "button", class: "quiet", title: `Takes ${name} out of the world`, "aria-label": `Remove ${name}`, click: () => this.studio.byHand("i2p/entity", { what, name, settings: null }) }, "×"));
+        return h(
+          "div",
+          { class: "entity", "data-name": name, "data-what": what },
+          dot,
+          h("strong", {}, name),
+          h("small", {}, [what, sprite].filter(Boolean).join(", ")),
+          h(
+            "button",
+            {
+              type: "button",
+              class: "quiet",
+              title: `Takes ${name} out of the world`,
+              "aria-label": `Remove ${name}`,
+              click: () => this.studio.byHand("i2p/entity", { what, name, settings: null }),
+            },
+            "×",
+          ),
+        );
       }),
       this.#add(),
     );
   }
 
   #add() {
-    const name = h("input", { required: true, pattern: "[A-Za-z]\\w*", placeholder: "name", "aria-label": "Name", autocomplete: "off" });
-    const what = h("select", { "aria-label": "What it is" }, ["character", "object", "tile"].map((each) => h("option", { value: each }, each)));
+    const name = h("input", {
+      required: true,
+      pattern: "[A-Za-z]\\w*",
+      placeholder: "name",
+      "aria-label": "Name",
+      autocomplete: "off",
+    });
+    const what = h(
+      "select",
+      { "aria-label": "What it is" },
+      ["character", "object", "tile"].map((each) => h("option", { value: each }, each)),
+    );
     const add = (event) => {
       event.preventDefault();
       this.studio.byHand("i2p/entity", { what: what.value, name: name.value, settings: {} });
     };
-    return h("form", { class: "entity add", submit: add }, what, name, h("button", { type: "submit", class: "quiet" }, "Add"));
+    return h(
+      "form",
+      { class: "entity add", submit: add },
+      what,
+      name,
+      h("button", { type: "submit", class: "quiet" }, "Add"),
+    );
   }
 
   // ------------------------------------------------------------------ the brush
@@ -112,7 +168,9 @@ export class World {
     const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix);
     const [column, row] = [Math.floor(x / CELL), Math.floor(y / CELL)];
     const { rows } = this.#told.map;
-    return row >= 0 && row < rows.length && column >= 0 && column < rows[row].length ? [column, row] : null;
+    return row >= 0 && row < rows.length && column >= 0 && column < rows[row].length
+      ? [column, row]
+      : null;
   }
 
   #paint(event) {
@@ -123,7 +181,15 @@ export class World {
       const cell = this.#cell(next);
       if (!cell || painted.has(cell.join())) return;
       painted.set(cell.join(), cell);
-      this.#layer.append(s("rect", { class: "spot near", x: cell[0] * CELL, y: cell[1] * CELL, width: CELL, height: CELL }));
+      this.#layer.append(
+        s("rect", {
+          class: "spot near",
+          x: cell[0] * CELL,
+          y: cell[1] * CELL,
+          width: CELL,
+          height: CELL,
+        }),
+      );
     };
     touch(event);
     follow(this.screen, event, touch, (_, broken) => {
