@@ -211,8 +211,7 @@ class Studio {
     });
     rpc.on("i2p/film", (told) => {
       if (!this.#isPresent(told) || this.#chosen === told.version) return;
-      $("desk").dataset.film = told.version;
-      this.stage.show(told.film);
+      this.stage.show(told.film).then(() => ($("desk").dataset.film = told.version));
     });
     this.text.onDiagnostics = (found) => {
       const mistake = found.find(({ severity }) => severity === "error");
