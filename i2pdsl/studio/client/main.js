@@ -2,7 +2,7 @@
 // docs/studio-protocol.md tells of the messages.
 import { Candidates } from "./candidates.js";
 import { Curves } from "./curves.js";
-import { $, clamp, follow, h, later } from "./dom.js";
+import { $, clamp, figure, follow, h, later } from "./dom.js";
 import { Files } from "./files.js";
 import { Out } from "./out.js";
 import { keepPicture } from "./picture.js";
@@ -189,7 +189,7 @@ class Studio {
     rpc.on("i2p/story", (told) => {
       if (!this.#isPresent(told)) return;
       this.story = {
-        can: { drag: ["cheese", "robot", "table"] },
+        can: {},
         pins: [],
         numbers: [],
         curves: [],
@@ -323,14 +323,8 @@ class Studio {
       !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
     if (this.stage) this.stage.setStale(this.#wrong);
     if (film) {
-      const { mean } = film.panel ?? {};
-      this.stage.mark.textContent = [
-        film.score === null ? null : `score ${film.score.toPrecision(3)}`,
-        mean === undefined || mean === null ? null : `panel ${mean.toPrecision(3)}`,
-      ]
-        .filter(Boolean)
-        .join(" · ")
-        .replaceAll("-", "−");
+      const panel = film.panel ? ` · panel ${figure(film.panel.mean)}` : "";
+      this.stage.mark.textContent = `score ${figure(film.score)}${panel}`;
     }
   }
 
