@@ -34,10 +34,13 @@ _TYPES = {".js": "text/javascript", ".svg": "image/svg+xml", ".woff2": "font/wof
 def shelf() -> dict[str, Path]:
     """What is served, by its path: files of ours, looked up once, and nothing else."""
     found: dict[str, Path] = {}
-    render, client = (Path(str(files("i2pdsl") / name)) for name in ("render", "studio/client"))
+    package = Path(str(files("i2pdsl")))
+    render, client = package / "render", package / "studio" / "client"
+    grammars = package / "editor" / "vscode" / "syntaxes"
     pictures = data_folder("stories") / "patterns" / "pictures"
     for before, folder, suffixes in (
         ("/render", render, (".js", ".css")),
+        ("/language", grammars, (".json",)),
         ("/patterns", pictures, (".png",)),
         ("", client, (".html", ".js", ".css", ".svg", ".png", ".woff2", ".txt")),
     ):

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
-from concurrent.futures import Future
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,7 +105,8 @@ class Solver:
         job.stopped = True
         if job in self._waiting:
             self._waiting.remove(job)
-            job.future.set_exception(Refusal(CANCELLED, "something newer was asked"))
+            with suppress(InvalidStateError):
+                job.future.set_exception(Refusal(CANCELLED, "something newer was asked"))
 
     def _next(self) -> Job:
         """The most urgent job, once nobody works on one that is still wanted."""
@@ -141,7 +143,8 @@ class Solver:
                 continue
             if job.stopped:
                 problem = Refusal(CANCELLED, "something newer was asked")
-            if problem is not None:
-                job.future.set_exception(problem)
-            else:
-                job.future.set_result(result)
+            with suppress(InvalidStateError):  # whoever waited has gone, and cancelled it
+                if problem is not None:
+                    job.future.set_exception(problem)
+                else:
+                    job.future.set_result(result)
