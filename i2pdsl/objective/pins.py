@@ -147,10 +147,8 @@ class Turns:
         return np.pad(fewest.astype(np.int32), (0, len(later) - count))
 
     def reached(self, states: np.ndarray) -> np.ndarray:
-        """Where one can be a frame after one of some states (a mask [S]), which can be left for
-        nothing: the same states, and all that follow them."""
+        """Where one can be a frame after one of some states: masks [S]."""
         after = np.zeros(len(self.states) + 1, bool)
-        after[: len(states)] = states
         after[self.after[:, states]] = True
         return after[:-1]
 

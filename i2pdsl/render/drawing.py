@@ -18,7 +18,6 @@ from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
 
-
 Point = tuple[float, float]
 """A place in a film's picture, in units of its `viewBox`."""
 
@@ -88,6 +87,11 @@ class Drawing(ABC):
         """For each of the frames 1..T what everybody does in it, in words; nothing where bodies
         move."""
         return [{} for _ in range(script.length)]
+
+    def empty_stage(self, spec: Any) -> str:
+        """The stage with nobody on it, as SVG in the same units as films; empty where there is
+        none without a story."""
+        return ""
 
     def spots(self, spec: Any) -> list[Spot]:
         """Where characters and objects can be put by hand; nowhere where stories have no words

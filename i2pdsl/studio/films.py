@@ -40,12 +40,6 @@ class Made:
     script: Script
     judgement: Judgement | None = None
 
-    @property
-    def worth(self) -> tuple[int, float]:
-        """What films of one text are compared by: what they break, then their scores."""
-        score = self.script.score
-        return -len(self.script.unmet), score if score is not None else -math.inf
-
 
 class Films:
     """The last films of a connection, by their names."""

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
 
 from i2pdsl.errors import StoryError
@@ -21,6 +22,9 @@ from i2pdsl.language.statements import LARGEST_TEXT
 from i2pdsl.resources import write_text
 from i2pdsl.studio.protocol import CONFLICT, FILE, REFUSED, Refusal
 from i2pdsl.untrusted import WrongData, below, is_plain_name, read_bytes
+
+if TYPE_CHECKING:
+    from i2pdsl.scripts import Script
 
 TEXTS = {".story": "story", ".world": "world"}
 KINDS = {**TEXTS, ".json": "script", ".svg": "sprite", ".png": "sprite"}
@@ -164,6 +168,20 @@ class Folder:
             except OSError as problem:
                 raise Refusal(FILE, f"{path}: {problem.strerror or problem}") from None
         return digest_of(data)
+
+    def keep_script(self, path: str, script: Script) -> dict[str, Any]:
+        """Writes a script under a name, or a free one like it; returns which, and its digest."""
+        stem, suffix = path.removesuffix(".json"), ".json"
+        if stem == path:
+            raise Refusal(REFUSED, "a script is called NAME.json")
+        with self._saving:
+            names = (f"{stem}{'' if n == 1 else f'-{n}'}{suffix}" for n in range(1, 1000))
+            free = next(name for name in names if not self.place(name).exists())
+            try:
+                script.save(self.place(free))
+            except OSError as problem:
+                raise Refusal(FILE, f"{free}: {problem.strerror or problem}") from None
+        return {"path": free, "digest": self.digest(free)}
 
     def _conflict(self, path: str, digest: str | None) -> Refusal:
         text = None

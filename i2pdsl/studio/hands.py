@@ -62,10 +62,8 @@ def _said(text: StoryText, condition: ast.Expr, who: str, new: str) -> list[Chan
     """The first thing that a condition says of somebody, said otherwise; the others go."""
     mine = [part for part in parts(condition) if whose(part) == who]
     first, *others = mine
-    changes = [Change(first.span.start, first.span.end, new)]
-    for other in others:
-        changes.append(_without_part(text, condition, other))
-    return changes
+    said = Change(first.span.start, first.span.end, new)
+    return [said, *(_without_part(text, condition, other) for other in others)]
 
 
 def _without_part(text: StoryText, condition: ast.Expr, part: ast.Expr) -> Change:
@@ -165,26 +163,31 @@ def _freed_of(
     return [_without_part(text, condition, part) for part in mine[:1]]
 
 
-def move(text: StoryText, frame: int, who: str, to: int) -> StoryText:
-    """What pins somebody in a frame is said of another frame."""
+def move(text: StoryText, frame: int, who: str | None, to: int) -> StoryText:
+    """What pins somebody in a frame is said of another frame; of nobody, all that is said there."""
     if to < 1 or frame < 1 or to == frame:
         raise Refusal(USAGE, "a pin moves from one frame to another one")
     for statement in text.program.of(ast.Pin):
         frames = text.frames(statement)
-        if frames is None or frame not in frames or not _speaks_of(statement, who):
+        if frames is None or frame not in frames:
             continue
-        if len(frames) == 1 and len(_told(statement)) == 1:
+        if who is not None and not _speaks_of(statement, who):
+            continue
+        if len(frames) == 1 and (who is None or len(_told(statement)) == 1):
             index = statement.first.span
             return text.with_changes([Change(index.start, index.end, str(to))])
         left = text.with_changes(_freed(text, statement, frame, who))
-        if statement.condition is None:
+        if who is None:
+            behind = text.text[_behind(text, statement) : statement.span.end]
+            line = f"pin script[{to}]{behind}"
+        elif statement.condition is None:
             act = next(part for part in _acts(statement) if same_name(part.who.id) == who)
             line = f"pin script[{to}] = [{act.span.text}]"
         else:
             part = next(p for p in parts(statement.condition) if whose(p) == who)
             line = f"pin script[{to}]: {part.span.text}"
         return left.with_statements([line], PINS)
-    raise Refusal(USAGE, f"{who} is not pinned there")
+    raise Refusal(USAGE, f"{who or 'nobody'} is not pinned there")
 
 
 def hold(text: StoryText, lines: Sequence[str], first: int, last: int) -> StoryText:

@@ -9,18 +9,24 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from i2pdsl.errors import Source
+from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.panel import Judgement
 from i2pdsl.pipeline import Result, Script, Story, story_from
+from i2pdsl.render.pictures import drawing_for
 from i2pdsl.results import ranked
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Found
-from i2pdsl.worlds.kind import Watch
+from i2pdsl.studio.hands import PINS, where
+from i2pdsl.studio.outline import abilities
+from i2pdsl.studio.text import StoryText
+from i2pdsl.worlds.kind import Spec, Watch
+from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.world import World
 
 FEW_STARTS, FEW_SEEDS, FEW_STEPS = 60, 2, 5  # of a preview
-RESCORED = 3  # scripts of a preview that are scored again in doubles
+RESCORED = 2  # scripts of a preview that are scored again in doubles
 
 _planning = threading.Lock()  # two threads shall not plan one world
 
@@ -76,6 +82,29 @@ def best(story: Story, seed: int, effort: int, watch: Watch) -> Better:
     """What `i2p run` finds."""
     found = story.solve(seed, 1, watch=watch, effort=effort)
     return _better(found, found.judgements[0])
+
+
+def ready_for_pins(story: Story, watch: Watch) -> None:
+    """Compiles what the first pin needs, so that whoever drags somebody need not wait for it."""
+    can = abilities(story)["drag"]
+    if story.typed.pins or not can or not story.typed.vocabulary.enumerable:
+        return
+    spot = drawing_for(story.spec).spots(story.spec)[0].place
+    pinned = StoryText(story.typed.source.text).with_statements(
+        [f"pin script[1]: {where(can[0], spot)}"], PINS
+    )
+    preview(read(pinned.text, story.typed.source.name, story.folder or Path()), 0, watch)
+
+
+def planned(spec: Spec, watch: Watch) -> dict[str, Any] | None:
+    """Plans a world, if it is planned; what there is to say of it."""
+    try:
+        with _planning:
+            return kind_of(spec).plan(spec, watch).document
+    except StoryError as problem:
+        if problem.diagnostics[0].code == "no-plan":
+            return None
+        raise
 
 
 def _better(found: Result, judgement: Judgement | None) -> Better:

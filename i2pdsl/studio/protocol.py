@@ -240,6 +240,14 @@ class Paint(OfDocument):
 
 
 @dataclass(frozen=True)
+class Sides(OfDocument):
+    """`i2p/side`: walls between neighbouring cells, put up or taken away."""
+
+    sides: list[list[list[int]]] | None = None
+    wall: bool = True
+
+
+@dataclass(frozen=True)
 class Size(OfDocument):
     """`i2p/size`: of a map."""
 
@@ -284,6 +292,7 @@ REQUESTS: dict[str, type] = {
     "pattern": UsePattern,
     "patterns": Patterns,
     "paint": Paint,
+    "side": Sides,
     "size": Size,
     "entity": Entity,
 }

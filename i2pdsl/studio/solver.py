@@ -21,6 +21,8 @@ from i2pdsl.worlds.kind import Watch
 
 NOW, SOON, IDLE = range(3)
 """How urgent a job is: somebody waits; somebody looks already at something; for better films."""
+Owner = tuple[Hashable, Hashable]
+"""Who wants something, and about what."""
 THREADS = 2  # one that works, one that ends
 
 
@@ -38,7 +40,7 @@ class Job:
         told: is called with the stage, how far it is and the whole, and words.
     """
 
-    owner: Hashable
+    owner: Owner
     urgency: int
     work: Callable[[Watch], Any]
     told: Callable[[str, int, int, str], None] = lambda stage, done, total, text: None
@@ -91,7 +93,7 @@ class Solver:
             self._changed.notify_all()
         return job.future
 
-    def stop(self, is_one: Callable[[Hashable], bool]) -> None:
+    def stop(self, is_one: Callable[[Owner], bool]) -> None:
         """Ends the jobs of some owners."""
         with self._changed:
             for job in (*self._waiting, *self._running):
@@ -122,7 +124,9 @@ class Solver:
     def _run(self) -> None:
         while True:
             job = self._next()
-            result, problem, again = None, None, False
+            result: Any = None
+            problem: BaseException | None = None
+            again = False
             try:
                 result = job.work(job.watch())
             except Stopped:

@@ -10,6 +10,7 @@ import secrets
 import shutil
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,8 @@ class Studio:
     def __init__(self, root: Path, start: str | None):
         self.folder, self.start = Folder(root), start
         self.solver = Solver()
+        self.asker = ThreadPoolExecutor(1, "i2p-asker")
+        self.drawer = ThreadPoolExecutor(1, "i2p-drawer")
         self.pages: set[Page] = set()
         self._made: dict[str, Path] = {}
         self._known: dict[str, Seen] = {}

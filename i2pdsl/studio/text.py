@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from functools import cached_property
 from itertools import accumulate
-from os.path import commonprefix
 from typing import Any
 
 from i2pdsl.editor.positions import Lines
@@ -105,10 +104,10 @@ class StoryText:
         for what, a, b, c, d in SequenceMatcher(None, old, lines, autojunk=False).get_opcodes():
             if what != "equal":
                 before, after = "".join(old[a:b]), "".join(lines[c:d])
-                same = len(commonprefix([before, after]))
-                rest = commonprefix([before[same:][::-1], after[same:][::-1]])
-                start, end = ends[a] + same, ends[b] - len(rest)
-                inserted = after[same : len(after) - len(rest)]
+                same = _shared(before, after)
+                rest = _shared(before[same:][::-1], after[same:][::-1])
+                start, end = ends[a] + same, ends[b] - rest
+                inserted = after[same : len(after) - rest]
                 found.append({"range": self.range(start, end), "newText": inserted})
         return found
 
@@ -139,6 +138,12 @@ class StoryText:
             added = "".join(f"\n{line}" for line in new)
             return StoryText(f"{self.text[:at]}{added}{self.text[at:]}")
         return StoryText(f"{self.text.rstrip()}\n\n" + "".join(f"{line}\n" for line in new))
+
+
+def _shared(one: str, other: str) -> int:
+    """How many characters two texts begin with alike."""
+    pairs = zip(one, other, strict=False)
+    return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))
 
 
 def parts(condition: ast.Expr) -> tuple[ast.Expr, ...]:

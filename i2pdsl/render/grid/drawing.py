@@ -50,6 +50,14 @@ class GridDrawing(Drawing):
             found[beat.frame - 1][beat.actor] = describe(beat)
         return found
 
+    def empty_stage(self, spec: GridSpec) -> str:
+        from i2pdsl.render.grid.page import CELL
+        from i2pdsl.render.grid.scene import labels_svg, stage_background, svg_document
+
+        stage = stage_of(spec)
+        drawn = stage_background(stage, CELL) + labels_svg(stage, CELL)
+        return svg_document(stage, CELL, drawn)
+
     def spots(self, spec: GridSpec) -> list[Spot]:
         return [
             Spot(

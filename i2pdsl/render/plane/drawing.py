@@ -49,6 +49,14 @@ class PlaneDrawing(Drawing):
 
         return beliefs_of(spec).sentence
 
+    def empty_stage(self, spec: PlaneSpec) -> str:
+        from i2pdsl.render.plane.page import page_stage
+        from i2pdsl.render.plane.performance import Performance
+
+        stage, first = page_stage(spec, 1), np.array([[c.at for c in spec.characters]])
+        drawn = stage.still([Performance("", spec, first, captions=("",))])
+        return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{stage.box}">{drawn}</svg>'
+
     def spots(self, spec: PlaneSpec) -> list[Spot]:
         """Its places: stories have no word for other points."""
         from i2pdsl.render.plane.page import page_view

@@ -66,7 +66,7 @@ def moving(
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
-    stage = _page_stage(lasting.spec, across)
+    stage = page_stage(lasting.spec, across)
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
     usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
@@ -85,14 +85,14 @@ def moving(
     )
 
 
-def _page_stage(spec: PlaneSpec, across: int) -> Stage:
+def page_stage(spec: PlaneSpec, across: int) -> Stage:
     """The stage of a page that shows so many side by side."""
     return stage_within(spec, min(SHOWN[0], ROW / across), SHOWN[1])
 
 
 def page_view(spec: PlaneSpec) -> View:
     """How a page that shows one film lays out the plane."""
-    return _page_stage(spec, 1).view
+    return page_stage(spec, 1).view
 
 
 def alone(performances: Sequence[Performance], places: int) -> list[Alone]:
