@@ -188,16 +188,10 @@ class Studio {
     const { rpc } = this;
     rpc.on("i2p/story", (told) => {
       if (!this.#isPresent(told)) return;
-      this.story = {
-        can: {},
-        pins: [],
-        numbers: [],
-        curves: [],
-        wishes: [],
-        ...told,
-      };
+      this.story = told;
       this.#wrong = false;
-      this.text.setNumbers(told.version, told.numbers ?? []);
+      const written = told.numbers.filter(({ value }) => value !== null);
+      this.text.setNumbers(told.version, written);
       this.stage.refresh();
       this.timeline.refresh();
       this.curves.refresh();

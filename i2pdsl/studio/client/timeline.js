@@ -229,12 +229,9 @@ export class Timeline {
   }
 
   #moment(moment, i) {
-    const { frame, what, range, value, step } = moment;
-    const isIndex = Math.abs(value - frame) < 1e-9;
+    const { frame, what, range, prefix } = moment; // `prefix`: where a pattern's usual moment is meant
     const rewrite = (to) => {
-      const next = isIndex ? to : to / Math.max(this.last, 1);
-      if (to !== frame)
-        this.studio.text.rewrite(range, String(Number(next.toFixed(step < 1 ? 2 : 0))));
+      if (to !== frame) this.studio.text.rewrite(range, `${prefix}${to}`);
     };
     const node = h("button", {
       type: "button",

@@ -36,7 +36,7 @@ export class World {
     this.#told = told;
     this.host.hidden = false;
     const template = document.createElement("template");
-    template.innerHTML = told.stage.replaceAll(' style="', ' data-style="');
+    template.innerHTML = told.stage;
     const box = h("div", { class: "theatre mounted" }, template.content);
     this.screen.shadowRoot.replaceChildren(box);
     this.svg = box.querySelector("svg");
