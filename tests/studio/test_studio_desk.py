@@ -21,7 +21,7 @@ def test_from_an_empty_folder_to_a_film(desk: Any, served: Served) -> None:
     page.get_by_role("button", name="Begin").click()
     page.locator("#desk.has-film").wait_for()
     assert (served.folder / "mine.story").is_file()
-    assert page.locator("#title").inner_text() == "mine"
+    assert page.locator("#title").text_content() == "mine"
     assert page.locator('#stage [data-actor="robot"]').is_visible()
     (served.folder / "mine.story").unlink()
 
@@ -104,8 +104,12 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     shown.drag(at(0, 0.4), at(0.5, 0.05), at(1, 0.02))
     shown.says(r"points\(\(0, 0\.\d+\).*\(1, 0(\.0\d*)?\)\)")
     shown.solved()
-    low = [float(v) for v in curve(card)[3:]]
-    assert max(low) < 0.5  # viewers believe it less and less, as was drawn
+    for _ in range(100):  # viewers believe it less and less, as was drawn
+        if max(float(v) for v in curve(card)[3:]) < 0.3:
+            break
+        shown.page.wait_for_timeout(100)
+    else:
+        pytest.fail(f"the measured curve stays where it was: {curve(card)}")
     shown.page.locator(".handle").last.focus()
     for _ in range(8):
         shown.page.keyboard.press("ArrowUp")

@@ -130,7 +130,7 @@ export class Files {
   // ------------------------------------------------------------------ somebody else
 
   async #changed({ path, digest }) {
-    if (this.dialog.open) this.#list();
+    if (this.dialog.open && this.beginnings) this.#list();
     if (path !== this.path || digest === this.#digest) return;
     if (digest === null) {
       this.#digest = null;
@@ -292,7 +292,7 @@ export class Files {
       name: "name",
       required: true,
       placeholder: "my-story",
-      pattern: "[^/\\\\]+",
+      pattern: "[^\\/\\\\]+",
       "aria-label": "Name",
       autocomplete: "off",
     });
