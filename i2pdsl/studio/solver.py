@@ -126,17 +126,14 @@ class Solver:
             job = self._next()
             result: Any = None
             problem: BaseException | None = None
-            again = False
             try:
                 result = job.work(job.watch())
-            except Stopped:
-                again = job.gives_way and not job.stopped
-                problem = Refusal(CANCELLED, "something newer was asked")
             except BaseException as wrong:
                 problem = wrong
             with self._changed:
                 self._running.remove(job)
-                if again and not job.stopped:
+                again = isinstance(problem, Stopped) and not job.stopped
+                if again:
                     self._waiting.append(job)
                 self._changed.notify_all()
             if again:
