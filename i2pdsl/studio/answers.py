@@ -152,6 +152,7 @@ async def patterns(page: Page, asked: ask.Patterns) -> dict[str, Any]:
 @answers
 async def play(page: Page, asked: ask.Play) -> dict[str, Any]:
     who, story = _who(asked.who), page.story(asked)
+    page.studio.solver.touch()  # a hand is on something: soon something newer will be asked
 
     def found() -> list[dict[str, Any]]:
         from i2pdsl.studio.making import world_of

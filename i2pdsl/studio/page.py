@@ -47,6 +47,7 @@ class Page:
         self.studio, self.channel = studio, channel
         self.works: dict[str, Work] = {}
         self._films: Films | None = None
+        self._asked: dict[str, ask.Solve] = {}  # the last time that each document was solved
         self._best: dict[str, tuple[str, Script]] = {}  # by document: the film that is shown
         for name in ask.REQUESTS:
             own = getattr(self, f"on_{name}", None)
@@ -98,6 +99,7 @@ class Page:
     async def on_solve(self, asked: ask.Solve) -> dict[str, Any]:
         path, text = self.channel.document(asked.uri, asked.version)
         told = {"uri": asked.uri, "version": asked.version}
+        self._asked[asked.uri] = asked
         if path.endswith(".world"):
             return await self.plan(asked, path, text, told)
         folder = self.studio.folder
@@ -233,6 +235,8 @@ class Page:
 
     def show(self, asked: ask.Solve, story: Story, quality: str, found: Better) -> None:
         """A film of a text, where it is better than the one before; in the worker's thread."""
+        if self._asked.get(asked.uri) is not asked:
+            return
         before = self._best.get(asked.uri)
         worth = worth_of(found.script)
         if before is not None and quality != "best" and worth <= worth_of(before[1]):

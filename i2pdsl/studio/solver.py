@@ -9,7 +9,9 @@ for it, gives way to everything else, and begins again afterwards.
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
@@ -23,6 +25,7 @@ NOW, SOON, IDLE = range(3)
 """How urgent a job is: somebody waits; somebody looks already at something; for better films."""
 Owner = tuple[Hashable, Hashable]
 """Who wants something, and about what."""
+QUIET = 1.2  # seconds since somebody last did something, until idle work begins
 THREADS = 2  # one that works, one that ends
 
 
@@ -77,6 +80,7 @@ class Solver:
         self._waiting: list[Job] = []
         self._running: list[Job] = []
         self._threads = 0
+        self._touched = -math.inf
 
     def submit(self, job: Job) -> Future[Any]:
         """Has a job done; its future's exception is Refusal where it was ended."""
@@ -84,14 +88,24 @@ class Solver:
             for other in (*self._waiting, *self._running):
                 if other.owner == job.owner and other.urgency >= job.urgency:
                     self._stop(other)
-                elif other.urgency == IDLE and job.urgency < IDLE:
-                    other.gives_way = True
+            if job.urgency < IDLE:
+                self._make_way()
             self._waiting.append(job)
             if self._threads < THREADS:
                 self._threads += 1
                 threading.Thread(target=self._run, name="i2p-solver", daemon=True).start()
             self._changed.notify_all()
         return job.future
+
+    def touch(self) -> None:
+        """Somebody is doing something: what nobody waits for makes way, and waits a while."""
+        with self._changed:
+            self._make_way()
+
+    def _make_way(self) -> None:
+        self._touched = time.monotonic()
+        for job in self._running:
+            job.gives_way = job.gives_way or job.urgency == IDLE
 
     def stop(self, is_one: Callable[[Owner], bool]) -> None:
         """Ends the jobs of some owners."""
@@ -111,32 +125,36 @@ class Solver:
     def _next(self) -> Job:
         """The most urgent job, once nobody works on one that is still wanted."""
         with self._changed:
-            while not self._waiting or any(
-                not (job.stopped or job.gives_way) for job in self._running
-            ):
-                self._changed.wait()
-            job = min(self._waiting, key=lambda each: each.urgency)
+            while (job := self._due()) is None:
+                quiet = self._touched + QUIET - time.monotonic()
+                self._changed.wait(max(quiet, 0.01) if self._waiting and quiet > 0 else None)
             self._waiting.remove(job)
             self._running.append(job)
             job.gives_way = False
             return job
+
+    def _due(self) -> Job | None:
+        """The most urgent job that waits; None where it must go on waiting."""
+        busy = any(not (job.stopped or job.gives_way) for job in self._running)
+        if busy or not self._waiting:
+            return None
+        job = min(self._waiting, key=lambda each: each.urgency)
+        idle = job.urgency == IDLE and time.monotonic() < self._touched + QUIET
+        return None if idle else job
 
     def _run(self) -> None:
         while True:
             job = self._next()
             result: Any = None
             problem: BaseException | None = None
-            again = False
             try:
                 result = job.work(job.watch())
-            except Stopped:
-                again = job.gives_way and not job.stopped
-                problem = Refusal(CANCELLED, "something newer was asked")
             except BaseException as wrong:
                 problem = wrong
             with self._changed:
                 self._running.remove(job)
-                if again and not job.stopped:
+                again = isinstance(problem, Stopped) and not job.stopped
+                if again:
                     self._waiting.append(job)
                 self._changed.notify_all()
             if again:
