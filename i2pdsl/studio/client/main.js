@@ -89,9 +89,19 @@ class Studio {
     return this.request(method, { ...about, ...params });
   }
 
-  /** Something was done by hand: the server says which edits of the text it comes to. */
-  async byHand(method, params) {
-    for (let tries = 0; tries < 3; tries += 1) {
+  /** Something was done by hand: the server says which edits of the text it comes to. One after the
+   * other, each about the text that the one before left. */
+  byHand(method, params) {
+    const done = this.#hand.then(() => this.#byHand(method, params));
+    this.#hand = done;
+    return done;
+  }
+
+  #hand = Promise.resolve();
+
+  async #byHand(method, params) {
+    const tries = params.range ? 1 : 3; // a range is one of this version alone
+    for (let count = 0; count < tries; count += 1) {
       this.text.flush();
       const { uri, version } = this.text;
       try {
@@ -104,7 +114,7 @@ class Studio {
         }
       }
     }
-    this.tell("The text changed too fast for that.");
+    this.tell("The text has changed meanwhile: try again.");
     return false;
   }
 
