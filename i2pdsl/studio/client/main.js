@@ -25,6 +25,7 @@ class Studio {
   #chosen = null; // the version whose film was chosen by hand
   #progress = "";
   #wrong = false;
+  #calm = ""; // what is said of a world
 
   constructor() {
     const token = location.hash.slice(1);
@@ -255,6 +256,8 @@ class Studio {
   worldShown(told) {
     $("desk").dataset.film = told.version;
     $("desk").classList.add("has-film");
+    this.#calm = told.planned ? "planned: stories can be told in it" : "";
+    this.#tellState();
   }
 
   choose(film) {
@@ -287,6 +290,7 @@ class Studio {
     this.story = null;
     $("desk").dataset.language = language;
     this.world.clear();
+    this.#calm = "";
     this.stage.clear();
     this.timeline.setFilm(null);
     this.curves.setFilm(null);
@@ -321,7 +325,7 @@ class Studio {
     else if (film) {
       parts.push(film.quality === "preview" ? "a first film" : "ready");
       if (film.unmet?.length) parts.push(`${film.unmet.length} not met`);
-    }
+    } else if (this.#calm) parts.push(this.#calm);
     $("state").textContent = parts.join(" · ");
     $("state").dataset.kind =
       !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";

@@ -1,5 +1,5 @@
 // What was wished for and what was reached of it; and why viewers believe what they do.
-import { figure, fill, h } from "./dom.js";
+import { figure, fill, h, prose } from "./dom.js";
 
 const probability = (p) => (p > 0 && p < 0.0005 ? "< 0.001" : p.toFixed(3));
 
@@ -156,7 +156,8 @@ export class Why extends Asking {
       .filter((one) => moved(one) > 0.05);
     fill(
       this.body,
-      h("p", { class: "hint" }, (legend ?? []).join("; ")),
+      h("p", { class: "hint" }, prose((legend ?? []).join("; "))),
+      h("ol", { class: "reasons" }, this.#items),
       most.length
         ? h(
             "nav",
@@ -180,7 +181,6 @@ export class Why extends Asking {
             ),
           )
         : null,
-      h("ol", { class: "reasons" }, this.#items),
     );
     this.showFrame(Math.ceil(this.studio.time - 1e-9));
   }
