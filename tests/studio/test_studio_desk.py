@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from render.test_page import CONTRAST
 from studio.conftest import HELP, Desk, Served
 
 pytestmark = pytest.mark.browser
@@ -170,6 +171,94 @@ def test_a_mistake_is_told_and_the_film_stays(desk: Any) -> None:
     shown.page.locator("#text .cm-lintRange-error").wait_for()
     assert "unknown name" in shown.page.locator("#state").inner_text()
     assert shown.page.locator('#stage [data-actor="robot"]').is_visible()
+
+
+def test_other_films_play_side_by_side_and_one_is_chosen(desk: Any, served: Served) -> None:
+    shown: Desk = desk()
+    shown.page.get_by_role("tab", name="Others").click()
+    films = shown.page.locator("#others .wall li")
+    films.nth(2).wait_for()
+    assert films.locator('[data-actor="robot"]').count() == films.count()  # each in its own root
+    panels = [float(text.replace("−", "-")) for text in films.locator("b").all_inner_texts()[::2]]
+    assert panels == sorted(panels, reverse=True)
+    films.nth(1).locator(".pick").click()
+    assert "chosen" in films.nth(1).get_attribute("class")
+    films.nth(1).get_by_role("button", name="Go on from it").click()
+    shown.says(r"pin script\[1")
+    shown.page.keyboard.press("Control+z")
+    shown.says("^(?![^]*pin script)")
+
+
+def test_wishes_and_reasons_lead_to_their_frames(desk: Any) -> None:
+    shown: Desk = desk()
+    shown.page.get_by_role("tab", name="Wishes").click()
+    wish = shown.page.locator("#wishes li", has_text="maximize depict(rho > 0)")
+    wish.wait_for()
+    assert "alone" in wish.inner_text()
+    shown.page.get_by_role("tab", name="Why").click()
+    shown.page.locator("#why nav button").first.wait_for()
+    shown.page.locator("#why nav button").first.click()
+    told = shown.page.locator("#why .reasons > li:visible")
+    assert "→" in " ".join(told.all_inner_texts())
+    assert shown.page.locator("#scrubber").input_value() != "0"
+
+
+def test_patterns_are_found_by_words_and_wished_for(desk: Any) -> None:
+    shown: Desk = desk()
+    shown.page.get_by_role("tab", name="Patterns").click()
+    shown.page.get_by_label("What it shall be like, in words").fill("a twist that surprises")
+    name = shown.page.locator("strong", has_text=re.compile("^twist$"))
+    pattern = shown.page.locator("#patterns li", has=name)
+    pattern.locator("summary").click()
+    pattern.get_by_role("button", name="Wish for it").click()
+    shown.says(r"maximize twist\(")
+    shown.page.locator("#undo").click()
+    shown.says(f"^{re.escape(HELP)}$")
+
+
+def test_films_are_exported(desk: Any) -> None:
+    shown: Desk = desk()
+    shown.page.get_by_role("button", name="Export").click()
+    dialog = shown.page.get_by_role("dialog", name="Export")
+    dialog.locator("[value=mp4]").uncheck()
+    dialog.locator("[value=timeline]").check()
+    dialog.get_by_role("button", name="Make them").click()
+    with shown.page.expect_download() as download:
+        dialog.get_by_role("link").first.click()
+    assert "robot" in download.value.path().read_text(encoding="utf-8")
+
+
+def test_a_map_is_painted(desk: Any, served: Served) -> None:
+    shown: Desk = desk(path=None)
+    shown.page.locator('[data-path="small.world"]').click()
+    screen = shown.page.locator("#world svg")
+    screen.wait_for()
+    shown.page.get_by_role("radio", name="floor").check(force=True)
+    cell = screen.evaluate(
+        """svg => { const at = new DOMPoint(50, 150).matrixTransform(svg.getScreenCTM());
+                    return [at.x, at.y]; }"""
+    )
+    shown.page.mouse.click(*cell)
+    shown.says(r"\n    \.\.G\n")
+    shown.page.locator("#undo").click()
+    shown.says(r"\n    #\.G\n")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_contrast_and_names(desk: Any, scheme: str) -> None:
+    shown: Desk = desk(color_scheme=scheme)
+    shown.page.get_by_role("tab", name="Patterns").click()
+    shown.page.locator("#patterns summary").first.click()
+    found = shown.page.evaluate(CONTRAST)
+    assert len(found) > 60
+    for kind, what, ratio in found:
+        assert ratio >= (4.5 if kind == "text" else 3), f"{kind} {what!r}: {ratio:.2f}"
+    nameless = shown.page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, [role=slider]")]
+            .filter(e => e.checkVisibility() && !(e.ariaLabel || e.innerText?.trim() || e.title
+                || e.labels?.length)).map(e => e.outerHTML)"""
+    )
+    assert nameless == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (400, 800), (360, 640)])
