@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import mimetypes
+import os
 import secrets
 import socket
 from collections.abc import AsyncIterator, Callable
@@ -112,6 +113,8 @@ def listening(host: str, port: int | None) -> socket.socket:
     wanted = [port] if port is not None else [*range(PORT, PORT + TRIED), 0]
     for number in wanted:
         found = socket.socket(family, socket.SOCK_STREAM)
+        if os.name == "posix":  # elsewhere it would share the port with another
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             found.bind((host, number))
             found.listen(128)
