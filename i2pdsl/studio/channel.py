@@ -10,7 +10,7 @@ import asyncio
 import json
 import sys
 import traceback
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ class Channel:
         self.folder = folder
         self.loop = asyncio.get_running_loop()
         self._send = send
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
         self._handlers: dict[str, Handler] = {}
         self._server: StoryServer | None = None
 
@@ -71,14 +71,20 @@ class Channel:
             return
         method = message.get("method")
         if isinstance(method, str) and method.startswith(OURS):
-            self._spawn(self._answer(message.get("id"), method, message.get("params")))
+            self.spawn(self._answer(message.get("id"), method, message.get("params")))
         elif method != "exit":  # which would end the process
             self._pass_on(message)
 
-    def _spawn(self, work: Any) -> None:
+    def spawn(self, work: Coroutine[Any, Any, Any]) -> None:
+        """Work that nobody waits for; what becomes of it is of no interest."""
         task = self.loop.create_task(work)
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._done)
+
+    def _done(self, task: asyncio.Task[Any]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled():
+            task.exception()  # seen
 
     async def _answer(self, number: Any, method: str, params: Any) -> None:
         name = method.removeprefix(OURS)

@@ -126,16 +126,21 @@ class Page:
         def at_last(watch: Watch) -> bool:
             from i2pdsl.studio import making
 
-            making.ready_for_pins(story, watch)
             found = making.best(story, asked.seed, asked.effort, watch)
             self.show(asked, story, "best", found)
             return found.finished
+
+        def ready(watch: Watch) -> None:
+            from i2pdsl.studio import making
+
+            making.ready_for_pins(story, watch)
 
         story = await self.work(asked.uri, told, NOW, first)
         await self.work(asked.uri, told, SOON, again)
         finished = await self.work(asked.uri, told, IDLE, at_last)
         idle = {"stage": "idle", "done": 0, "total": 0, "text": ""}
         self.about(told, "progress", idle)
+        self.channel.spawn(self.work(asked.uri, told, IDLE, ready))
         return {"version": asked.version, "finished": finished}
 
     async def plan(

@@ -25,7 +25,7 @@ NOW, SOON, IDLE = range(3)
 """How urgent a job is: somebody waits; somebody looks already at something; for better films."""
 Owner = tuple[Hashable, Hashable]
 """Who wants something, and about what."""
-QUIET = 1.2  # seconds since somebody last did something, until idle work begins
+QUIET = 0.8  # seconds since somebody last did something, until idle work begins
 THREADS = 2  # one that works, one that ends
 
 

@@ -11,6 +11,7 @@ from i2pdsl.language.elaborate import Elaborator
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env
 from i2pdsl.language.story import Pin
+from i2pdsl.objective.compile import asked_of
 from i2pdsl.objective.possible import holds_in, possible_states
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.pipeline import Story
@@ -61,15 +62,13 @@ def _of(story: Story, text: StoryText, frame: int, who: str) -> list[Pin]:
 
 def _starts(story: Story, world: World, text: StoryText, frame: int, who: str) -> Any:
     """The first pictures; in frame 0 without what `start` says of whoever is moved."""
-    told = story.typed.start
-    if frame == 0 and told is not None:
-        condition = text.program.of(ast.Start)[-1].condition
-        others = [part for part in parts(condition) if whose(part) != who]
-        told = None
-        if others:
-            typed = [_typed(story, 1, part) for part in others]
-            told = typed[0] if len(typed) == 1 else ty.Apply("and", tuple(typed))
-    return allowed_starts(world, told)
+    if frame or story.typed.start is None:
+        return allowed_starts(world, story.typed.start)
+    states = world.starts()
+    for part in parts(text.program.of(ast.Start)[-1].condition):
+        if whose(part) != who:
+            states = states[asked_of(world, _typed(story, 1, part))(states, states, states)]
+    return states
 
 
 def _asked(story: Story, frame: int, who: str, place: str | None) -> ty.Typed:

@@ -88,7 +88,9 @@ class Talk:
             while self.told:
                 message = self.told.pop(0)
                 params = message.get("params", {})
-                if message["method"] == method and all(params.get(k) == v for k, v in wanted.items()):
+                if message["method"] == method and all(
+                    params.get(k) == v for k, v in wanted.items()
+                ):
                     return params
             self.listen()
 
@@ -108,9 +110,7 @@ class Talk:
     def write(self, text: str) -> None:
         self.version, self.text = self.version + 1, text
         changes = [{"text": text}]
-        self.tell(
-            "textDocument/didChange", {"textDocument": self.here, "contentChanges": changes}
-        )
+        self.tell("textDocument/didChange", {"textDocument": self.here, "contentChanges": changes})
 
     def by_hand(self, method: str, **params: Any) -> str:
         """Has the text edited; returns it."""
@@ -118,6 +118,14 @@ class Talk:
         assert reply["version"] == self.version
         self.write(edited(self.text, reply["edits"]))
         return self.text
+
+    def film(self, **params: Any) -> dict[str, Any]:
+        """The first film of the text as it is."""
+        self.told.clear()
+        self.begin("i2p/solve", {**self.here, **params})
+        film: dict[str, Any] = self.until("i2p/film", version=self.version)["film"]
+        self.ask("i2p/cancel", {"uri": self.uri})
+        return film
 
     def solve(self, **params: Any) -> dict[str, Any]:
         """The best film of the text as it is."""

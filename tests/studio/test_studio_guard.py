@@ -15,10 +15,10 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from conftest import Served, fill  # noqa: E402
-from talking import Talk  # noqa: E402
+from talking import Talk
 
-from i2pdsl.studio.protocol import LARGEST_MESSAGE  # noqa: E402
+from conftest import Served, fill
+from i2pdsl.studio.protocol import LARGEST_MESSAGE
 
 Headers = dict[str, str] | list[tuple[str, str]]
 
@@ -185,7 +185,7 @@ def test_it_listens_on_the_loopback_only(served: Served) -> None:
     own = [found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
     for address in own:
         if not str(address).startswith("127."):
-            with pytest.raises(OSError, match="refused|timed out|unreachable"):
+            with pytest.raises(OSError, match=r"refused|timed out|unreachable"):
                 socket.create_connection((address, int(served.port)), timeout=5).close()
 
 
