@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test test-all lint format bench clean
+.PHONY: demo test test-all lint format bench codemirror check-codemirror clean
 
 demo: $(READY)
 	$(BIN)/i2p run stories/kitchen/help.story --out out --format png,svg,gif,mp4,html
@@ -33,6 +33,17 @@ bench: $(READY)
 	$(BIN)/python benchmarks/new_world.py
 	$(BIN)/python benchmarks/peers.py
 
+# The studio's text editor, one committed file: users need no Node, who changes codemirror/ does.
+codemirror: codemirror/node_modules
+	node codemirror/build.mjs
+
+check-codemirror: codemirror/node_modules
+	node codemirror/build.mjs --check
+
+codemirror/node_modules: codemirror/package-lock.json
+	cd codemirror && npm ci --no-audit --no-fund
+	@touch $@
+
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "i2pdsl needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)")'
 	$(PYTHON) -m venv .venv
@@ -40,4 +51,4 @@ $(READY): pyproject.toml constraints.txt
 	@touch $(READY)
 
 clean:
-	rm -rf .venv out dist build .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf .venv codemirror/node_modules out dist build .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -53,6 +53,7 @@ FLOORS = (
     ("editor",),
     ("library", "study"),
     ("repl", "notebook", "output", "beginnings"),
+    ("studio",),
     ("commands",),
     ("cli", "__main__"),
 )

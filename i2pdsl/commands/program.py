@@ -36,6 +36,7 @@ COMMANDS = (
     "fit",
     "study",
     "repl",
+    "studio",
     "worlds",
     "patterns",
     "compile",

@@ -62,7 +62,7 @@ def pinned(story: TypedStory, world: World) -> Pins | None:
     """The tables of a story whose actions can be listed; None where nothing is pinned."""
     if not story.pins or not story.vocabulary.enumerable:
         return None
-    turns = _Turns(world, world.events(story.allow))
+    turns = turns_of(world, world.events(story.allow))
     missed = {pin.span.start: turns.missed(pin.condition) for pin in story.pins}
     tables = [_Table(turns.sizes[kind]) for kind in (*_KINDS, "states")]
     rows = np.zeros((4, story.length + 1), dtype=np.int32)
@@ -74,7 +74,7 @@ def pinned(story: TypedStory, world: World) -> Pins | None:
             continue
         here = [sum(misses for of, misses in mine if of == kind) for kind in _KINDS]
         rows[:3, frame] = [table.row(each) for table, each in zip(tables, here, strict=False)]
-        before = turns.fewest(later, *here)
+        before = turns.fewest(len(story.pins), later, *here)
         settled = not mine and np.array_equal(before, later)
         later = before
     rows[3, 0] = tables[3].row(later)
@@ -85,15 +85,24 @@ def pinned(story: TypedStory, world: World) -> Pins | None:
 
 _KINDS = ("states", "actions", "turns")
 _MANY = 1 << 24  # pins: more than a story can have
+_LARGEST = 1 << 28  # bytes of turns that are kept
 
 
-class _Turns:
-    """All turns and allowed events [K] from all states, and the sizes of tables of each kind."""
+class Turns:
+    """All turns and allowed events [K] from all states, and the sizes of tables of each kind.
+
+    Attributes:
+        states: [S], and one more stands for what cannot happen.
+        after: [K, S], the states that they lead to.
+        actions: [K].
+    """
 
     def __init__(self, world: World, events: tuple[int, ...]):
         self.world = world
         self.states = np.asarray(world.all_states(world.tables))
-        self.after, self.actions, self.possible = possible_frames(world, self.states, events)
+        after, self.actions, possible = possible_frames(world, self.states, events)
+        self.after = np.ascontiguousarray(after.T)
+        self.after[~possible.T] = len(self.states)
         # Of about as many states, worlds share programs (worlds/grid/arrays.py:padded).
         size = padded_size(len(self.states), 8192), int(self.actions.max()) + 1
         self.sizes = dict(zip(_KINDS, (size[:1], size[1:], size), strict=True))
@@ -105,7 +114,9 @@ class _Turns:
             misses = np.zeros(self.sizes["states"], np.int32)
             misses[: len(states)] = ~asked(states, states, states)
             return "states", misses
-        held = seen_in(asked, states, self.after, self.actions, of_states=False)
+        # What cannot happen is never looked up: any state will do.
+        after = np.minimum(self.after, len(states) - 1).T
+        held = seen_in(asked, states, after, self.actions, of_states=False)
         kind = "actions" if _is_of_actions(condition) else "turns"
         misses = np.zeros(self.sizes[kind], np.int32)
         if kind == "actions":
@@ -115,16 +126,46 @@ class _Turns:
         return kind, misses
 
     def fewest(
-        self, later: np.ndarray, of_states: Array, of_actions: Array, of_turns: Array
+        self, most: int, later: np.ndarray, of_states: Array, of_actions: Array, of_turns: Array
     ) -> np.ndarray:
-        """The fewest pins that break from each state on, in a frame (0 or a table) and later."""
-        count = (later + of_states)[self.after]
-        if np.ndim(of_actions):
-            count += of_actions[self.actions]
-        if np.ndim(of_turns):
-            count += of_turns[: len(count), self.actions]
-        fewest = np.where(self.possible, count, _MANY).min(1)
-        return np.pad(fewest, (0, len(later) - len(fewest)))
+        """The fewest pins that break from each state on, in a frame (0 or a table) and later, of
+        `most` in all."""
+        count = len(self.states)
+        ahead = np.append((later + of_states)[:count], _MANY)
+        # Numbers that fit into the processor's cache are found several times as fast.
+        small = np.int16 if most < 1 << 13 else np.int32
+        ahead = np.minimum(ahead, 1 << 13 if small is np.int16 else _MANY).astype(small)
+        fewest = np.full(count, ahead[-1], small)
+        found = np.empty(count, small)
+        for action, after in zip(self.actions, self.after, strict=True):
+            np.take(ahead, after, out=found, mode="clip")
+            if np.ndim(of_actions) and of_actions[action]:
+                np.add(found, of_actions[action], out=found, casting="unsafe")
+            if np.ndim(of_turns):
+                np.add(found, of_turns[:count, action], out=found, casting="unsafe")
+            np.minimum(fewest, found, out=fewest)
+        return np.pad(fewest.astype(np.int32), (0, len(later) - count))
+
+    def reached(self, states: np.ndarray) -> np.ndarray:
+        """Where one can be a frame after one of some states: masks [S]."""
+        after = np.zeros(len(self.states) + 1, bool)
+        after[self.after[:, states]] = True
+        return after[:-1]
+
+
+_last: list[tuple[World, tuple[int, ...], Turns]] = []
+
+
+def turns_of(world: World, events: tuple[int, ...]) -> Turns:
+    """The turns of a world; the last are kept, since they are asked for again at every change of a
+    story."""
+    for known, allowed, turns in _last:
+        if known is world and allowed == events:
+            return turns
+    turns = Turns(world, events)
+    if turns.after.nbytes < _LARGEST:
+        _last[:] = [(world, events, turns)]
+    return turns
 
 
 def _is_of_actions(condition: ty.Typed) -> bool:

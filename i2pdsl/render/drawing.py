@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from i2pdsl.errors import StoryError, error, whole_file
@@ -16,6 +17,27 @@ from i2pdsl.render.files import PictureFiles
 from i2pdsl.render.focus import Sentence
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
+
+Point = tuple[float, float]
+"""A place in a film's picture, in units of its `viewBox`."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where somebody can be put by hand: as stories write it behind `at(who, ...)`, and in the
+    picture its middle and its outline."""
+
+    place: str
+    at: Point
+    shape: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Who is where in a film: in frames 0..T, None where it is absent."""
+
+    name: str
+    at: tuple[Point | None, ...]
 
 
 class Drawing(ABC):
@@ -65,6 +87,21 @@ class Drawing(ABC):
         """For each of the frames 1..T what everybody does in it, in words; nothing where bodies
         move."""
         return [{} for _ in range(script.length)]
+
+    def empty_stage(self, spec: Any) -> str:
+        """The stage with nobody on it, as SVG in the same units as films; empty where there is
+        none without a story."""
+        return ""
+
+    def spots(self, spec: Any) -> list[Spot]:
+        """Where characters and objects can be put by hand; nowhere where stories have no words
+        for it."""
+        return []
+
+    def seen(self, script: Script) -> list[Seen]:
+        """Who can be taken hold of, and where they are in the film; nobody where there are no
+        spots."""
+        return []
 
 
 def one_by_one(scripts: Sequence[Script]) -> StoryError:

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from i2pdsl.objective.wishes import Wish
-    from i2pdsl.render.mind import Panel
+    from i2pdsl.render.film_page import Film
+    from i2pdsl.render.mind import Mark, Panel, Window
     from i2pdsl.render.reasons import Account
 
 FORMATS = ("png", "svg", "gif", "mp4", "html", "webm", "sheet", "timeline", "godot")
@@ -71,6 +72,16 @@ class PictureFiles:
         """The curves of belief."""
         raise NotImplementedError
 
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """The frames that are lined out in the curves."""
+        return ()
+
+    @property
+    def windows(self) -> tuple[Window, ...]:
+        """The stretches of time to shade in the curves."""
+        return ()
+
     def comic(self) -> str:
         """The comic strip, as SVG."""
         raise NotImplementedError
@@ -81,6 +92,10 @@ class PictureFiles:
 
     def page(self) -> str:
         """The page, as HTML in one piece."""
+        raise NotImplementedError
+
+    def moving(self) -> Film:
+        """The film as pages play it, for those that mount its player beside others."""
         raise NotImplementedError
 
     @property

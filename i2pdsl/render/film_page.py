@@ -11,6 +11,7 @@ import base64
 import hashlib
 import json
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -33,6 +34,8 @@ from i2pdsl.render.mind import (
 from i2pdsl.render.reasons import Account
 from i2pdsl.render.why import why_section
 
+PLAYER = ("page/clock.js", "page/playback.js", "page/player.js", "page/start.js")
+_MODULAR = re.compile(r"^(?:import .*\n|export (?=const))", re.MULTILINE)
 PLOT = {"width": 200, "height": 128, "left": 30, "right": 194, "top": 20, "bottom": 98}
 
 
@@ -48,7 +51,7 @@ class Film:
         rests: [T] that its end is held.
         captions: T + 1 texts.
         happenings: the frames whose captions are listed.
-        script: the script, below `render`, that defines `makeStage`.
+        script: the module, below `render`, that exports `makeStage`.
         data: what that script reads, besides what all players do.
         classes: of the stage's section.
     """
@@ -79,24 +82,9 @@ def film_page(
 ) -> str:
     """The page. `panels` cover the film's frames 0..T; `marks` and `windows` are shown in them.
     `wishes` are what became of those of the story, `account` says why viewers believe it."""
-    if len(film.captions) != film.last + 1:
-        raise ValueError(
-            f"{film.last + 1} captions are needed, for frames 0 to {film.last}, "
-            f"not {len(film.captions)}"
-        )
-    for panel in panels:
-        if panel.last != film.last:
-            raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {film.last}")
-    script = part(film.script) + part("page/clock.js") + part("page/player.js")
+    data = played(film, panels)
+    script = one_script(film.script, *PLAYER)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    shared = {
-        "last": film.last,
-        "seconds": [round(float(each), 4) for each in film.seconds],
-        "rests": [round(float(each), 4) for each in film.rests],
-        "plot": PLOT,
-        "panels": [_panel_data(panel) for panel in panels],
-        "captions": list(film.captions),
-    }
     return Template(part("page/page.html")).substitute(
         language=plain(language),
         policy=f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; "
@@ -114,14 +102,40 @@ def film_page(
         wishes=_wishes(wishes),
         happenings="\n".join(_happenings(film)),
         source=plain(source),
-        data=as_json(shared | film.data),
+        data=as_json(data),
         player=script,
     )
+
+
+def played(film: Film, panels: Sequence[Panel]) -> dict[str, Any]:
+    """What the player reads, for JSON; `panels` cover the film's frames 0..T."""
+    if len(film.captions) != film.last + 1:
+        raise ValueError(
+            f"{film.last + 1} captions are needed, for frames 0 to {film.last}, "
+            f"not {len(film.captions)}"
+        )
+    for panel in panels:
+        if panel.last != film.last:
+            raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {film.last}")
+    return {
+        "last": film.last,
+        "seconds": [round(float(each), 4) for each in film.seconds],
+        "rests": [round(float(each), 4) for each in film.rests],
+        "plot": PLOT,
+        "panels": [_panel_data(panel) for panel in panels],
+        "captions": list(film.captions),
+        **film.data,
+    }
 
 
 def part(name: str) -> str:
     """A file below `render`."""
     return (files("i2pdsl.render") / name).read_text(encoding="utf-8")
+
+
+def one_script(*names: str) -> str:
+    """Modules below `render` as one script that is none: each imports only from those before it."""
+    return '"use strict";\n' + "".join(_MODULAR.sub("", part(name)) for name in names)
 
 
 # ----------------------------------------------------------------------------------- the curves

@@ -13,7 +13,7 @@ from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.story import SearchPlan, TypedStory, default_assumption
 from i2pdsl.search.task import Found, Search, Task, draw_more, draw_starts
 from i2pdsl.worlds.kinds import kind_of
-from i2pdsl.worlds.record import Trajectory, empty, extended
+from i2pdsl.worlds.record import Trajectory, extended, followed
 
 if TYPE_CHECKING:
     from i2pdsl.programs import Program
@@ -57,10 +57,7 @@ class Beam(Search):
         watch.add("search", began, found.compile_seconds)
         kept = max(count, min(RESCORED if count > 1 else 8, RESCORED_FRAMES // length))
         best = np.flatnonzero(np.isfinite(found.scores))[:kept]
-        paths = [
-            extended(task.world, empty(task.world, found.starts[i]), found.actions[i, -length:])
-            for i in best
-        ]
+        paths = followed(task.world, found.starts[best], found.actions[best, -length:])
         return Found(paths, found.finished)
 
     def onward(self, task: Task, path: Trajectory, frames: int) -> list[tuple[Trajectory, float]]:

@@ -23,7 +23,7 @@ from i2pdsl.errors import Diagnostic, Span, StoryError
 from i2pdsl.fit.judgements import read_table
 from i2pdsl.language.statements import read_source
 from i2pdsl.render.alone import Alone
-from i2pdsl.render.film_page import as_json, part
+from i2pdsl.render.film_page import as_json, one_script, part
 from i2pdsl.render.markup import plain
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.resources import write_text
@@ -218,7 +218,7 @@ def _write_pages(
     filled = lambda name, **values: Template(page(name)).substitute(values)
     write_text(public / "index.html", filled("index.html", title=plain(study.title)))
     write_text(public / "style.css", part("page/page.css") + page("kit.css"))
-    write_text(public / "stage.js", part(stage) + part("page/clock.js"))
+    write_text(public / "stage.js", one_script(stage, "page/clock.js"))
     write_text(public / "kit.js", page("kit.js"))
     write_text(public / "study.js", f"window.STUDY = {as_json(about)};\n")
     if not (public / "settings.js").exists():  # the researchers' own

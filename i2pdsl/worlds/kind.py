@@ -73,6 +73,29 @@ class Prepared:
     finished: bool = True
 
 
+Cell = tuple[int, int]
+Side = tuple[Cell, Cell]
+"""Two neighbouring cells, the northern or western one first."""
+
+
+@dataclass(frozen=True)
+class DrawnMap:
+    """A map as a world's file draws it.
+
+    Attributes:
+        rows: all equally long, a sign for each cell.
+        walls: the sides on which there is one.
+        symbols: the signs of tiles, and their names.
+        floor, wall: the signs of cells that are nothing else.
+    """
+
+    rows: tuple[str, ...]
+    walls: tuple[Side, ...]
+    symbols: Mapping[str, str]
+    floor: str
+    wall: str
+
+
 class Kind(ABC):
     """One kind of world.
 
@@ -96,6 +119,14 @@ class Kind(ABC):
         Args:
             files: where its own sprites are; without it they are not looked at.
         """
+
+    def map_of(self, source: Source) -> DrawnMap | None:
+        """The map that a file draws, to be painted; None where it draws none."""
+        return None
+
+    def with_map(self, source: Source, drawn: DrawnMap) -> str:
+        """The text of a file with another map."""
+        raise NotImplementedError
 
     def drawings(self, spec: Any) -> Mapping[str, str]:
         """What is kept of its own sprites (worlds/drawings.py), by their names."""

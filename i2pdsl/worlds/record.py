@@ -148,6 +148,15 @@ def extended(world: World, path: Trajectory, actions: Sequence[int] | np.ndarray
     return Trajectory(np.concatenate([path.actions, acts]), np.concatenate([path.states, more]))
 
 
+def followed(world: World, starts: np.ndarray, actions: np.ndarray) -> list[Trajectory]:
+    """Scripts from their starts [N] and actions [N, T], all at once."""
+    states = [np.asarray(starts)]
+    for action in actions.T:
+        states.append(np.asarray(world.transition(world.tables, states[-1], action)))
+    every = np.stack(states, axis=1).astype(states[0].dtype)
+    return [Trajectory(a, s) for a, s in zip(actions.astype(every.dtype), every, strict=True)]
+
+
 def empty(world: World, start: Any) -> Trajectory:
     """A script of no frames."""
     start = np.asarray(start)

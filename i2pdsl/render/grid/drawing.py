@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from i2pdsl.render.alone import Alone
 from i2pdsl.render.characters import Ink
-from i2pdsl.render.drawing import Drawing, one_by_one
+from i2pdsl.render.drawing import Drawing, Point, Seen, Spot, one_by_one
 from i2pdsl.render.focus import Sentence
 from i2pdsl.render.grid.pictures import GridPictures, beliefs_of, stage_of
 from i2pdsl.render.grid.stage import break_down, describe
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld
 
 if TYPE_CHECKING:
@@ -48,6 +49,37 @@ class GridDrawing(Drawing):
         for beat in break_down(stage_of(script.world.spec), script.record.as_json()):
             found[beat.frame - 1][beat.actor] = describe(beat)
         return found
+
+    def empty_stage(self, spec: GridSpec) -> str:
+        from i2pdsl.render.grid.page import CELL
+        from i2pdsl.render.grid.scene import labels_svg, stage_background, svg_document
+
+        stage = stage_of(spec)
+        drawn = stage_background(stage, CELL) + labels_svg(stage, CELL)
+        return svg_document(stage, CELL, drawn)
+
+    def spots(self, spec: GridSpec) -> list[Spot]:
+        return [
+            Spot(
+                f"({column}, {row})",
+                _on_page(column + 0.5, row + 0.5),
+                tuple(_on_page(column + x, row + y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))),
+            )
+            for column, row in spec.free_cells
+        ]
+
+    def seen(self, script: Script) -> list[Seen]:
+        record = script.record
+        states = [record.start, *(frame["state"] for frame in record.frames)]
+        middle = lambda cell: None if cell is None else _on_page(cell[0] + 0.5, cell[1] + 0.5)
+        return [Seen(name, tuple(middle(s[name]) for s in states)) for name in record.start]
+
+
+def _on_page(column: float, row: float) -> Point:
+    """A point of the map in the picture that pages show."""
+    from i2pdsl.render.grid.page import CELL
+
+    return column * CELL, row * CELL
 
 
 DRAWING = GridDrawing()

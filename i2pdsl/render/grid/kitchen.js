@@ -1,18 +1,14 @@
 // Moves a kitchen's cast along keyframes. See choreography.py, whose `sample` this file repeats.
 // A sheet has several films: the parts of each one's drawing are known by their number.
-const makeStage = (film) => {
-  "use strict";
-
+export const makeStage = (film, root = document) => {
   const shows = film.shows
-    ? film.shows.map((show, i) => makeShow(show, `-${i}`))
-    : [makeShow(film, "")];
+    ? film.shows.map((show, i) => makeShow(show, root, `-${i}`))
+    : [makeShow(film, root, "")];
   return { draw: (time) => shows.forEach((show) => show.draw(time)) };
 };
 
-const makeShow = (film, number) => {
-  "use strict";
-
-  const $ = (id) => document.getElementById(`${id}${number}`);
+const makeShow = (film, root, number) => {
+  const $ = (id) => root.getElementById(`${id}${number}`);
   const SVG = "http://www.w3.org/2000/svg";
 
   // ------------------------------------------------------------------ keyframes

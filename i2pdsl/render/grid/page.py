@@ -53,18 +53,11 @@ def page_html(
     without it, those when something falls or vanishes. `clock` is how long frames last, as
     film.lengths has it; without it, what that says of the film alone.
     """
-    last = len(script["frames"])
     told = tuple(captions) if captions is not None else frame_captions(stage, script, film)
     events = tuple(marks) if marks is not None else _events(film)
-    width, height = scene_size(stage, CELL)
     heading = title.strip() or stage.name
-    seconds, rests = lengths(film) if clock is None else clock
-    shown = film_page.Film(
-        stage_svg(stage, film, heading), width / height, last, seconds, rests, told,
-        range(last + 1), "grid/kitchen.js", film_data(stage, film),
-    )  # fmt: skip
     return film_page.film_page(
-        shown,
+        moving(stage, film, heading, told, lengths(film) if clock is None else clock),
         panels,
         heading,
         _about(stage, script),
@@ -74,6 +67,22 @@ def page_html(
         wishes=wishes,
         account=account,
     )
+
+
+def moving(
+    stage: Stage,
+    film: Film,
+    heading: str,
+    captions: Sequence[str],
+    clock: tuple[np.ndarray, np.ndarray],
+) -> film_page.Film:
+    """The film as pages play it; `captions` are of its frames 0..T."""
+    last = len(clock[0])
+    width, height = scene_size(stage, CELL)
+    return film_page.Film(
+        stage_svg(stage, film, heading), width / height, last, *clock, captions,
+        range(last + 1), "grid/kitchen.js", film_data(stage, film),
+    )  # fmt: skip
 
 
 def alone(stage: Stage, script: Mapping[str, Any], film: Film, places: int) -> Alone:

@@ -21,6 +21,7 @@ from i2pdsl.worlds.drawings import is_own
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 
 if TYPE_CHECKING:
+    from i2pdsl.render.film_page import Film
     from i2pdsl.render.strip import Meter
 
 # For characters that the palette does not name; dashes and labels tell them apart too.
@@ -213,6 +214,12 @@ class GridPictures(PictureFiles):
             account=self.account,
             clock=self.clock,
         )
+
+    def moving(self) -> Film:
+        from i2pdsl.render.grid.page import frame_captions, moving
+
+        told = frame_captions(self.stage, self.document, self.film)
+        return moving(self.stage, self.film, self.title, told, self.clock)
 
     def sprites(self) -> Sprites:
         from i2pdsl.render.grid.export import background, sheet

@@ -1,8 +1,6 @@
 // Moves hoppers on the hill. See hill/rig.py, whose `pose_vector` and `path_data` this file repeats:
 // every point of the drawing is a sum of complex weights times the numbers of a pose.
-const makeStage = (film) => {
-  "use strict";
-
+export const makeStage = (film, root = document) => {
   const TAKES = { M: 1, L: 1, Q: 2, C: 3, Z: 0 };
   const NODES = 19;
   const { scale, grain, pairs, grounded, rope, colors } = film;
@@ -20,9 +18,9 @@ const makeStage = (film) => {
   }
 
   const shows = film.performances.map((performance, i) => {
-    const root = document.getElementById(`show-${i}`);
-    const lane = document.querySelectorAll(".lanes li")[i];
-    const layers = [...root.querySelectorAll(".layer")];
+    const show = root.getElementById(`show-${i}`);
+    const lane = root.querySelectorAll(".lanes li")[i];
+    const layers = [...show.querySelectorAll(".layer")];
     return {
       ...performance,
       last: performance.camera.length - 1,
@@ -31,8 +29,8 @@ const makeStage = (film) => {
       camera: summed(performance.camera),
       distance: summed(performance.distance),
       layers: layers.map((node) => ({ node: node.firstChild, share: Number(node.dataset.share) })),
-      paths: [...root.querySelectorAll(".cast path")],
-      sign: root.querySelector(".window-sign"),
+      paths: [...show.querySelectorAll(".cast path")],
+      sign: show.querySelector(".window-sign"),
       way: lane.querySelector(".way"),
       told: lane.querySelector("b"),
     };

@@ -39,13 +39,24 @@ def page_html(
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest;
     `clock` is how long frames last and how long their ends are held; without it, as usual."""
+    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
+    return film_page(
+        moving(performances, clock), panels, title, _about(performances), source,
+        windows=windows, wishes=wishes, account=account,
+    )  # fmt: skip
+
+
+def moving(
+    performances: Sequence[Performance], clock: tuple[np.ndarray, np.ndarray] | None = None
+) -> Film:
+    """The film as pages play it."""
     lasting = max(performances, key=lambda p: p.frames)
     view = view_of(performances)
     several = len(performances) > 1
     captions = _captions(performances)
     usual = np.full(lasting.frames, lasting.frame_seconds), np.zeros(lasting.frames)
     seconds, rests = usual if clock is None else clock
-    film = Film(
+    return Film(
         stage=_stage(performances, view),
         aspect=min(len(performances), 3) * view.width / view.height,
         last=lasting.frames,
@@ -57,11 +68,6 @@ def page_html(
         data=_data(performances),
         classes="theatre wide" if several else "theatre",
     )
-    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
-    return film_page(
-        film, panels, title, _about(performances), source,
-        windows=windows, wishes=wishes, account=account,
-    )  # fmt: skip
 
 
 def alone(performances: Sequence[Performance], places: int) -> list[Alone]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from i2pdsl.render.performances import PerformancePictures, hued
 from i2pdsl.render.performances import compared as curves_compared
 from i2pdsl.render.video import Times
 from i2pdsl.worlds.hill.springs import FRAME_SECONDS
+
+if TYPE_CHECKING:
+    from i2pdsl.render.film_page import Film
 
 
 class HillPictures(PerformancePictures[Performance]):
@@ -45,6 +48,11 @@ class HillPictures(PerformancePictures[Performance]):
             self.performances, self.panels, self.title, self.windows, self.wishes, self.account,
             self.clock,
         )  # fmt: skip
+
+    def moving(self) -> Film:
+        from i2pdsl.render.hill.page import moving
+
+        return moving(self.performances, self.clock)
 
     def timeline(self) -> dict[str, Any]:
         from i2pdsl.render.hill.export import timeline

@@ -1,9 +1,7 @@
 // When which frame of a film is shown. Times are frames: 0 is the start, frame t of the script ends
 // at time t. Clocks are seconds at speed 1: frames last differently long, and the ends of some are
 // held.
-const makeClock = (film) => {
-  "use strict";
-
+export const makeClock = (film) => {
   const T = film.last;
   const begins = [0]; // the clock at which each frame begins
   film.seconds.forEach((lasts, k) => begins.push(begins[k] + lasts + film.rests[k]));

@@ -10,11 +10,14 @@ import numpy as np
 from i2pdsl.errors import error, whole_file
 from i2pdsl.render.alone import NAME, Alone
 from i2pdsl.render.characters import Ink
-from i2pdsl.render.drawing import Drawing
+from i2pdsl.render.drawing import Drawing, Point, Seen, Spot
 from i2pdsl.render.focus import Sentence
 from i2pdsl.render.plane.pictures import PlanePictures
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.plane.spec import PlaneSpec
+
+SIDES = 24  # of a round place's outline
 
 
 class PlaneDrawing(Drawing):
@@ -45,6 +48,41 @@ class PlaneDrawing(Drawing):
         from i2pdsl.render.plane.told import beliefs_of
 
         return beliefs_of(spec).sentence
+
+    def empty_stage(self, spec: PlaneSpec) -> str:
+        from i2pdsl.render.plane.page import page_stage
+        from i2pdsl.render.plane.performance import Performance
+
+        stage, first = page_stage(spec, 1), np.array([[c.at for c in spec.characters]])
+        drawn = stage.still([Performance("", spec, first, captions=("",))])
+        return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{stage.box}">{drawn}</svg>'
+
+    def spots(self, spec: PlaneSpec) -> list[Spot]:
+        """Its places: stories have no word for other points."""
+        from i2pdsl.render.plane.page import page_view
+
+        view, found = page_view(spec), []
+        turns = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)
+        circle = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+        for place in spec.places:
+            middle, *shape = _points(
+                view.pixels(place.at + place.radius * np.vstack([[0, 0], circle]))
+            )
+            found.append(Spot(place.name, middle, tuple(shape)))
+        return found
+
+    def seen(self, script: Script) -> list[Seen]:
+        from i2pdsl.render.plane.page import page_view
+
+        spec = script.world.spec
+        count = 2 * len(spec.characters)
+        states = np.asarray(script.trajectory.states)[:, :count].reshape(-1, count // 2, 2)
+        ways = page_view(spec).pixels(states)
+        return [Seen(c.name, tuple(_points(ways[:, k]))) for k, c in enumerate(spec.characters)]
+
+
+def _points(array: np.ndarray) -> list[Point]:
+    return [(round(float(x), 2), round(float(y), 2)) for x, y in array]
 
 
 DRAWING = PlaneDrawing()

@@ -29,8 +29,10 @@ from i2pdsl.render.plane.figures import (
     way_style,
 )
 from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
+from i2pdsl.render.plane.room import View
 from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.render.reasons import Account
+from i2pdsl.worlds.plane.spec import PlaneSpec
 
 SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
 ROW = 1120.0  # pixels that a row of several has
@@ -48,15 +50,28 @@ def page_html(
 ) -> str:
     """A self-contained page. `panels` cover the frames of the performance that lasts longest;
     `clock` is how long frames last and how long their ends are held; without it, as usual."""
+    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
+    count = max(p.frames for p in performances)
+    about = f"{performances[0].spec.name} · {count} frame{'' if count == 1 else 's'}"
+    return film_page(
+        moving(performances, clock), panels, title, about, source,
+        windows=windows, wishes=wishes, account=account,
+    )  # fmt: skip
+
+
+def moving(
+    performances: Sequence[Performance], clock: tuple[np.ndarray, np.ndarray] | None = None
+) -> Film:
+    """The film as pages play it."""
     several = len(performances) > 1
     lasting = max(performances, key=lambda p: p.frames)
     across = min(len(performances), 3)
-    stage = stage_within(lasting.spec, min(SHOWN[0], ROW / across), SHOWN[1])
+    stage = page_stage(lasting.spec, across)
     shows = "\n".join(_show(k, p, performances, stage) for k, p in enumerate(performances))
     captions = _captions(performances)
     usual = np.full(lasting.frames, frame_seconds(performances)), np.zeros(lasting.frames)
     seconds, rests = usual if clock is None else clock
-    film = Film(
+    return Film(
         stage=f'      <div class="shows">\n{shows}\n      </div>' if several else shows,
         aspect=across * stage.width / stage.height,
         last=lasting.frames,
@@ -68,12 +83,16 @@ def page_html(
         data=_data(performances, stage),
         classes="theatre wide" if several else "theatre",
     )
-    source = "\n\n".join(dict.fromkeys(p.source for p in performances if p.source))
-    count = lasting.frames
-    about = f"{lasting.spec.name} · {count} frame{'' if count == 1 else 's'}"
-    return film_page(
-        film, panels, title, about, source, windows=windows, wishes=wishes, account=account
-    )
+
+
+def page_stage(spec: PlaneSpec, across: int) -> Stage:
+    """The stage of a page that shows so many side by side."""
+    return stage_within(spec, min(SHOWN[0], ROW / across), SHOWN[1])
+
+
+def page_view(spec: PlaneSpec) -> View:
+    """How a page that shows one film lays out the plane."""
+    return page_stage(spec, 1).view
 
 
 def alone(performances: Sequence[Performance], places: int) -> list[Alone]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from i2pdsl.render.files import Sprites
 from i2pdsl.render.performances import PerformancePictures
 from i2pdsl.render.plane.performance import Performance, frame_seconds, key_frames
 from i2pdsl.render.video import Times
+
+if TYPE_CHECKING:
+    from i2pdsl.render.film_page import Film
 
 KEY_FRAMES = 6  # beside the whole way
 
@@ -33,6 +36,11 @@ class PlanePictures(PerformancePictures[Performance]):
             self.performances, self.panels, self.title, self.windows, self.wishes, self.account,
             self.clock,
         )  # fmt: skip
+
+    def moving(self) -> Film:
+        from i2pdsl.render.plane.page import moving
+
+        return moving(self.performances, self.clock)
 
     def sprites(self) -> Sprites:
         from i2pdsl.render.plane.export import background, sheet

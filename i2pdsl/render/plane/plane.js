@@ -1,22 +1,20 @@
 // Moves discs in a plane. See plane/figures.py, whose `trail_pieces` and `face_moves` this file
 // repeats; places are in pixels of the drawing, y down, gazes point up where they are positive.
-const makeStage = (film) => {
-  "use strict";
-
+export const makeStage = (film, root = document) => {
   const { trail, eyes } = film;
 
   const shows = film.performances.map((performance, i) => {
-    const root = document.getElementById(`show-${i}`);
-    const [shadows, figures] = [".shadow", ".figure"].map((kind) => root.querySelectorAll(kind));
+    const show = root.getElementById(`show-${i}`);
+    const [shadows, figures] = [".shadow", ".figure"].map((kind) => show.querySelectorAll(kind));
     // The key below the room has figures too: those of the cast come last.
     const first = figures.length - performance.cast.length;
     return {
       windows: performance.windows,
       last: performance.cast[0].x.length - 1,
-      sign: root.querySelector(".window-sign"),
+      sign: show.querySelector(".window-sign"),
       cast: performance.cast.map((who, k) => {
         const figure = figures[first + k];
-        const lines = root.querySelector(`[data-who="${k}"]`);
+        const lines = show.querySelector(`[data-who="${k}"]`);
         return {
           ...who,
           figure,

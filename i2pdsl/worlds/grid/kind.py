@@ -14,11 +14,12 @@ from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
 from i2pdsl.worlds.grid.map import SYNTAX
+from i2pdsl.worlds.grid.painting import read_map, with_map
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.kind import Kind, Prepared, Watch
+from i2pdsl.worlds.kind import DrawnMap, Kind, Prepared, Watch
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,6 +35,12 @@ class GridKind(Kind):
 
     def parse(self, source: Source, name: str, files: Files | None = None) -> GridSpec:
         return parse_world(source, name, files)
+
+    def map_of(self, source: Source) -> DrawnMap | None:
+        return read_map(source)
+
+    def with_map(self, source: Source, drawn: DrawnMap) -> str:
+        return with_map(source, drawn)
 
     def drawings(self, spec: GridSpec) -> Mapping[str, str]:
         return dict(spec.look.drawings)

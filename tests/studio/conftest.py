@@ -1,0 +1,161 @@
+"""A studio in a process of its own, on a small world, and pages of it in Chromium."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from browser_for_tests import chromium  # noqa: F401
+from worlds_for_tests import with_small_world
+
+HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
+NARROW = 46  # rem: what is a phone
+
+
+@dataclass
+class Served:
+    """`i2p studio` at work on a folder."""
+
+    folder: Path
+    port: str = ""
+    address: str = ""
+    process: Any = field(default=None, repr=False)
+
+    def start(self) -> None:
+        """Starts it, at the port that it had."""
+        ports = ["--port", self.port] if self.port else []
+        command = [sys.executable, "-m", "i2pdsl", "studio", str(self.folder), "--no-browser"]
+        self.process = subprocess.Popen(
+            [*command, *ports], stdout=subprocess.PIPE, text=True, env=dict(os.environ)
+        )
+        self.address = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#\S+", self.address)
+        assert found is not None, self.address
+        self.port = found[1]
+
+    def kill(self) -> None:
+        """Ends it at once, in the middle of whatever it does."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            self.process.stdout.close()
+        self.process = None
+
+
+class Desk:
+    """A page of the studio, as its user sees it."""
+
+    def __init__(self, page: Any):
+        self.page = page
+        self.trouble: list[str] = []
+        page.on("console", lambda message: self.trouble.append(message.text))
+        page.on("pageerror", lambda problem: self.trouble.append(str(problem)))
+
+    def open(self, address: str, path: str | None = "help.story") -> Desk:
+        self.page.goto(address)
+        if path is not None:
+            self.page.locator(f'[data-path="{path}"]').click()
+            self.solved()
+        return self
+
+    def text(self) -> str:
+        """What the editor holds."""
+        lines = self.page.locator("#text .cm-line").all_inner_texts()
+        return "\n".join(line.replace("\n", "") for line in lines)
+
+    def solved(self) -> None:
+        """Waits until the film on the stage is one of the text as it is."""
+        self.page.wait_for_function(
+            "() => { const { text, film } = document.getElementById('desk').dataset;"
+            " return text !== undefined && text === film; }"
+        )
+
+    def says(self, pattern: str) -> None:
+        """Waits until the text matches a pattern."""
+        self.page.wait_for_function(
+            """pattern => new RegExp(pattern).test(
+                [...document.querySelector("#text").shadowRoot.querySelectorAll(".cm-line")]
+                    .map(line => line.textContent).join("\\n"))""",
+            arg=pattern,
+        )
+
+    def write(self, text: str) -> None:
+        """Types a text in place of all."""
+        self.page.locator("#text .cm-content").click()
+        self.page.keyboard.press("Control+a")
+        self.page.keyboard.insert_text(text)
+
+    def seek(self, frame: int) -> None:
+        self.page.locator("#scrubber").fill(str(frame))
+
+    def place(self, who: str) -> tuple[float, float]:
+        """Where somebody is on the screen, in pixels."""
+        box = self.page.locator(f'#stage [data-actor="{who}"]').bounding_box()
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def spots(self) -> dict[str, tuple[float, float]]:
+        """The places that are lit up, and where they are on the screen."""
+        self.page.locator("#stage .spot:not(.not)").first.wait_for()
+        found = {}
+        for spot in self.page.locator("#stage .spot:not(.not)").all():
+            box = spot.bounding_box()
+            place = spot.get_attribute("data-place")
+            found[place] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        return found
+
+    def drag(self, start: tuple[float, float], *ways: tuple[float, float]) -> None:
+        self.page.mouse.move(*start)
+        self.page.mouse.down()
+        for way in ways:
+            self.page.mouse.move(*way, steps=5)
+        self.page.mouse.up()
+
+
+def fill(folder: Path) -> Path:
+    with_small_world(folder)
+    (folder / "help.story").write_text(HELP, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """One studio for a module's tests."""
+    pytest.importorskip("starlette")
+    studio = Served(fill(tmp_path_factory.mktemp("stories")))
+    studio.start()
+    yield studio
+    studio.kill()
+
+
+@pytest.fixture
+def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
+    """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
+    fill(served.folder)
+    desks: list[Desk] = []
+    contexts: list[Any] = []
+
+    def opened(
+        path: str | None = "help.story", width: int = 1280, height: int = 860, **more: Any
+    ) -> Desk:
+        if not contexts or more:
+            context = chromium.new_context(
+                viewport={"width": width, "height": height}, reduced_motion="reduce", **more
+            )
+            context.set_default_timeout(20_000)
+            contexts.append(context)
+        desk = Desk(contexts[-1].new_page())
+        desks.append(desk)
+        return desk.open(served.address, path)
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert [trouble for desk in desks for trouble in desk.trouble] == []

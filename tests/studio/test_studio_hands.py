@@ -1,0 +1,210 @@
+"""What hands do to a text: it says what was meant, and the rest stays as it was written."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from random import Random
+
+import pytest
+from talking import edited
+
+from i2pdsl.studio import hands
+from i2pdsl.studio.protocol import Pin, Refusal, Solve, read
+from i2pdsl.studio.text import StoryText
+
+TEXT = """\
+# Of a robot.
+world kitchen
+length 14
+start absent(table)
+
+maximize beats(depict(rho > 0), depict(rho < 0), depict(rho = 0))
+
+pin script[4]: at(robot, pink) and at(cheese, green)  # why
+pin script[8..10]: at(robot, (3, 1))
+pin script[T-1]: pushes(robot, cheese)
+pin script[2] = [robot: south, cheese: west]
+"""
+OF_8, OF_2 = (
+    "pin script[8..10]: at(robot, (3, 1))\n",
+    "pin script[2] = [robot: south, cheese: west]\n",
+)
+
+
+def otherwise(*pairs: tuple[str, str]) -> str:
+    text = TEXT
+    for old, new in pairs:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def after(name: str, *arguments: object) -> str:
+    """The text after a function of hands; the edits that lead there are tried, too."""
+    old = StoryText(TEXT)
+    new = getattr(hands, name)(old, *arguments).text
+    assert edited(TEXT, old.edits(new)) == new
+    return new
+
+
+def test_pins() -> None:
+    pink = "at(robot, pink) and at(cheese, green)"
+    assert after("pin", 4, "robot", "(0, 0)") == otherwise((pink, pink.replace("pink", "(0, 0)")))
+    last = TEXT + "pin script[4]: absent(table)\n"
+    assert after("pin", 4, "table", None) == last
+    assert after("pin", 5, "cheese", "pink") == TEXT + "pin script[5]: at(cheese, pink)\n"
+    # One frame of a longer pin is another thing now.
+    left = "pin script[8]: at(robot, (3, 1))\npin script[10]: at(robot, (3, 1))\n"
+    assert after("pin", 9, "robot", "pink") == (
+        otherwise((OF_8, left)) + "pin script[9]: at(robot, pink)\n"
+    )
+
+
+def test_the_first_picture() -> None:
+    said = "start absent(table)"
+    assert after("pin", 0, "table", "pink") == otherwise((said, "start at(table, pink)"))
+    assert after("pin", 0, "robot", "pink") == otherwise((said, f"{said} and at(robot, pink)"))
+    assert after("unpin", 0, "table") == otherwise((f"{said}\n", ""))
+    assert after("start", "at(robot, pink)") == otherwise((said, "start at(robot, pink)"))
+    bare = StoryText("world kitchen\nlength 3\n\nmaximize depict(rho > 0)\n")
+    begun = bare.text.replace("length 3", "length 3\nstart absent(table)")
+    assert hands.pin(bare, 0, "table", None).text == begun
+    either = StoryText("world kitchen\nstart at(robot, pink) or at(robot, green)\n")
+    assert "start (at(robot, pink) or at(robot, green)) and absent(table)\n" in (
+        hands.pin(either, 0, "table", None).text
+    )
+
+
+def test_pins_that_go() -> None:
+    assert after("unpin", 4, "cheese") == otherwise((" and at(cheese, green)", ""))
+    assert after("unpin", 4, "robot") == otherwise(("at(robot, pink) and ", ""))
+    pin = "pin script[4]: at(robot, pink) and at(cheese, green)  # why\n"
+    assert after("unpin", 4, None) == otherwise((pin, "# why\n"))
+    assert after("unpin", 13, None) == otherwise(("pin script[T-1]: pushes(robot, cheese)\n", ""))
+    assert after("unpin", 8, "robot") == otherwise((OF_8, OF_8.replace("8", "9")))
+    assert after("unpin", 2, "cheese") == otherwise((", cheese: west", ""))
+    assert after("unpin", 2, "robot") == otherwise(("robot: south, ", ""))
+    for frame, who in ((5, None), (4, "table"), (0, "robot")):
+        with pytest.raises(Refusal):
+            hands.unpin(StoryText(TEXT), frame, who)
+
+
+def test_a_contradiction_can_be_taken_back() -> None:
+    wrong = StoryText(TEXT + "pin script[4]: at(robot, green\npin script[3]: absent(table)\n")
+    assert hands.unpin(wrong, 3, "table").text == wrong.text.replace(
+        "pin script[3]: absent(table)\n", ""
+    )
+
+
+def test_pins_that_move() -> None:
+    assert after("move", 4, "robot", 6) == (
+        otherwise(("at(robot, pink) and ", "")) + "pin script[6]: at(robot, pink)\n"
+    )
+    assert after("move", 2, "robot", 6) == (
+        otherwise(("robot: south, ", "")) + "pin script[6] = [robot: south]\n"
+    )
+    assert after("move", 13, None, 6) == otherwise(("script[T-1]", "script[6]"))
+    with pytest.raises(Refusal):
+        hands.move(StoryText(TEXT), 5, "robot", 6)
+
+
+def test_turns_more_and_less() -> None:
+    assert after("insert", 5) == otherwise(("length 14", "length 15"), ("8..10", "9..11"))
+    assert after("insert", 9) == otherwise(("length 14", "length 15"), ("8..10", "8..11"))
+    more = (("length 14", "length 15"), ("8..10", "9..11"), ("[4]", "[5]"), ("[2]", "[3]"))
+    assert after("insert", 1) == otherwise(*more)
+    assert after("cut", 9) == otherwise(("length 14", "length 13"), ("8..10", "8..9"))
+    less = otherwise((OF_2, ""), ("length 14", "length 13"), ("8..10", "7..9"), ("[4]", "[3]"))
+    assert after("cut", 2) == less
+    for name, frame in (("insert", 16), ("insert", 0), ("cut", 15), ("cut", 0)):
+        with pytest.raises(Refusal):
+            getattr(hands, name)(StoryText(TEXT), frame)
+    with pytest.raises(Refusal):
+        hands.cut(StoryText("world kitchen\nlength 2 * 7\n"), 1)
+
+
+def test_frames_that_are_kept() -> None:
+    lines = ["pin script[8]: at(robot, pink)", "pin script[8] = [robot: stay]"]
+    assert after("hold", lines, 8, 10) == otherwise((OF_8, "")) + "".join(f"{x}\n" for x in lines)
+    with pytest.raises(Refusal):
+        hands.hold(StoryText(TEXT), lines, 9, 10)
+
+
+def test_lengths_beats_wishes() -> None:
+    assert after("length", 20) == otherwise(("length 14", "length 20"))
+    beats = "depict(rho > 0), depict(rho < 0), depict(rho = 0)"
+    turned = "depict(rho = 0), depict(rho > 0), depict(rho < 0)"
+    assert after("beats", [2, 0, 1]) == otherwise((beats, turned))
+    assert "0))\nminimize 1\n" in after("wish", "minimize 1")
+    for order in ([0, 1], [0, 0, 1], [1, 2, 3]):
+        with pytest.raises(Refusal):
+            hands.beats(StoryText(TEXT), order)
+
+
+def test_every_change_can_be_made_by_an_editor() -> None:
+    """Whatever happens to a text, the edits lead from the old one to the new one."""
+    random = Random(0)
+    pieces = ["world a", "", "# b", "pin script[3]: at(a, b)", "length 3", "äöü 𝄞", "x" * 9]
+    for _ in range(300):
+        old, new = ("\n".join(random.choices(pieces, k=random.randrange(6))) for _ in "ab")
+        utf16 = lambda text: text.replace("𝄞", "ab")  # as many units
+        edits = StoryText(old).edits(new)
+        for edit in edits:
+            edit["newText"] = utf16(edit["newText"])
+        assert edited(utf16(old), edits) == utf16(new)
+
+
+def at(curve: str, x: float) -> float:
+    """The height of `points(...)` at x, straight between its points."""
+    points = eval(f"[{curve.removeprefix('points(').removesuffix(')')}]")
+    for (x0, y0), (x1, y1) in pairwise(points):
+        if x0 <= x <= x1:
+            return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+    raise AssertionError(x)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-30.0, 2.0), (-0.02, 0.03)])
+def test_drawn_curves(low: float, high: float) -> None:
+    random = Random(1)
+    for _ in range(20):
+        steps = [random.gauss(0, 0.04) for _ in range(80)]
+        heights = [0.5 + sum(steps[:k]) for k in range(80)]
+        drawn = [[k / 79, low + (high - low) * h] for k, h in enumerate(heights)]
+        random.shuffle(drawn)  # as the pointer went
+        curve = hands.drawn(drawn, low, high)
+        assert 2 <= curve.count("(") - 1 <= hands.MOST_POINTS
+        away = max(abs(at(curve, x) - y) for x, y in drawn)
+        assert away <= 0.25 * (high - low)
+    straight = hands.drawn([[0, low], [0.25, low + (high - low) / 4], [1, high]], low, high)
+    assert straight.count("(") == 3
+    for points in ([], [[0, 0]], [[0, 0], [0, 1]], [[0], [1]]):
+        with pytest.raises(Refusal):
+            hands.drawn(points, low, high)
+
+
+def test_what_shall_follow_a_curve() -> None:
+    told = hands.followed("P(rho > 0 | script[:t])", "points((0, 0), (1, 1))", 0, 2)
+    assert told == "minimize 1 * sum_t (P(rho > 0 | script[:t]) - points((0, 0), (1, 1)))^2"
+    for expression in ("P(", "1)\nworld other\nmaximize (2", ""):
+        with pytest.raises(Refusal):
+            hands.followed(expression, "points((0, 0), (1, 1))", 0, 1)
+
+
+def test_parameters_are_read_strictly() -> None:
+    given = {"uri": "a", "version": 1, "frame": 3, "who": "robot", "place": None}
+    assert read(Pin, given) == Pin("a", 1, 3, "robot", None)
+    for wrong in (
+        {**given, "frame": "3"},
+        {**given, "frame": 3.0},
+        {**given, "frame": True},
+        {**given, "more": 1},
+        {"version": 1},
+        {**given, "who": None},
+        {**given, "who": "x" * 2_000_000},
+        {**given, "frame": 2**40},
+        [1],
+        "text",
+    ):
+        with pytest.raises(Refusal):
+            read(Pin, wrong)
+    assert read(Solve, {"uri": "a", "version": 2}) == Solve("a", 2, 0, 1)
