@@ -73,7 +73,7 @@ def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) ->
     xp = frame.log_belief.__array_namespace__()
     everyone_rational = xp.asarray(default_assumption(world.vocabulary))
     regret = expected_regret(frame.log_afterwards, frame.regrets, everyone_rational)
-    still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
+    still = world.stillness(tables, frame.before, frame.state)
     if world.weak_chances:
         return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))
     nobody = xp.zeros((*still.shape, 0), dtype=bool)

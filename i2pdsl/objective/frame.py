@@ -77,8 +77,7 @@ def observe(
     if rows:
         after = world.transition(tables, state, action)
     else:
-        after, rows = world.outcome(tables, state, action)
-        best = world.best_rows(tables, state, action, after)
+        after, rows, best = world.outcome(tables, state, action)
     seen = world.is_observed(action)[..., None, None]
     expecting, current = [], belief
     for row, switching in zip(rows, world.switching(tables), strict=True):
