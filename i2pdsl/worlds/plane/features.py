@@ -68,18 +68,23 @@ def _left(a: Array, b: Array) -> Array:
 
 def is_still(after: Array) -> Array:
     """Whether nobody has moved so far that it is seen, [...]."""
-    return _squares(after).max(-1) < MOVED**2
+    return _squares(_moved(after)).max(-1) < MOVED**2
 
 
-def stillness(tables: Tables, after: Array) -> Array:
-    """1 where nobody moves, 1/2 where whoever moves most goes at the share SLOWLY of the speed
-    that he likes, [...]."""
-    return 1 / (1 + (_squares(after) / (SLOWLY * tables.speed) ** 2).max(-1))
+def stillness(tables: Tables, state: Array, after: Array) -> Array:
+    """1 where nobody gets on, 1/2 where whoever gets on most does so at the share SLOWLY of the
+    speed that he likes, [...]. Two frames are looked at: who trembles gets nowhere."""
+    on = (_moved(state) + _moved(after)) / 2
+    return 1 / (1 + (_squares(on) / (SLOWLY * tables.speed) ** 2).max(-1))
 
 
-def _squares(after: Array) -> Array:
-    """How far each moved in the last frame, squared, [..., n]."""
-    moved = after[..., after.shape[-1] // 2 :]
+def _moved(after: Array) -> Array:
+    """How far all moved in the last frame, [..., 2 n]."""
+    return after[..., after.shape[-1] // 2 :]
+
+
+def _squares(moved: Array) -> Array:
+    """The squares of the lengths of n vectors, [..., n]."""
     squares: Array = (moved**2).reshape(*moved.shape[:-1], -1, 2).sum(-1)
     return squares
 

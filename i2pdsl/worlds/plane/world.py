@@ -106,7 +106,7 @@ class PlaneWorld(ContinuousWorld):
         return features.is_still(after)
 
     def stillness(self, tables: Tables, state: Array, after: Array) -> Array:
-        return features.stillness(tables, after)
+        return features.stillness(tables, state, after)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
         beta = sharpness * self.tables.beta
