@@ -7,9 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from i2pdsl.errors import Source
+from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.film import seen
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import replay
+from i2pdsl.pipeline import story_from
 from i2pdsl.worlds.plane import costs, dynamics
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.plane.spec import Place
@@ -139,6 +142,37 @@ def test_regret_is_what_the_best_step_would_have_saved():
             total += belief
         one = Frame(*(part[t] for part in frames))
         assert seen(world, world.tables, one, None).regret == pytest.approx(expected / total)
+
+
+def test_who_trembles_is_as_still_as_who_rests():
+    """In plain Python: who gets on most in two frames, in quarters of the speed that he likes."""
+    world = build_plane(PAIR)
+    tremble, walk = [0.06, 0.0], [0.0, 0.09]
+    for then, now, mouse, cat in (
+        (tremble, [-0.06, 0.0], 0.0, 0.0),
+        (tremble, tremble, 0.06, 0.0),
+        (walk, tremble, math.hypot(0.03, 0.045), 0.02),
+    ):
+        places = world.starts()[0][:4].tolist()
+        before, after = [*places, *then, 0.0, 0.0], [*places, *now, 0.0, 2 * cat]
+        quarters = max(mouse / PAIR.characters[0].speed, cat / PAIR.characters[1].speed) * 4
+        found = world.stillness(world.tables, np.array(before), np.array(after))
+        assert found == pytest.approx(1 / (1 + quarters**2))
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ("pasture", Weights(1, 0, 0.3, 0, 0.5)),
+        ("desk", Weights(1, 0, 0.3, 0, 0)),
+        ("hill", Weights(0, 0, 0.3, 0, 0)),
+    ],
+)
+def test_what_the_automatic_terms_weigh(place, expected):
+    text = f"world {place}\nlength 9\nmaximize [moved(X) @ script[T]]\nnaturalness 0.3\n"
+    asked = {"pasture": "moved(big)", "desk": "moved(hand)", "hill": "progress(box)"}[place]
+    told = story_from(Source("t.story", text.replace("moved(X)", asked)))
+    assert told.typed.weights == expected
 
 
 def test_step_observer_in_free_space_is_nearly_the_path_observer():

@@ -40,6 +40,8 @@ _RANGES: dict[str, _Number] = {
     "forgetting": _between(0.0, 0.5),
 }
 _WORDS = {"evidence": ("motion", "mass"), "will": (EAGER, LAZY)}
+# Chosen by looking at the films (docs/hill.md): a hopper never stands still, and viewers who
+# imagine other controllers find what is natural to one of them no better than what is not.
 WEIGHTS = Weights(naturalness=0.0, liveliness=0.0)
 _DOCUMENTATION = {
     "weight": "the weight of the box, as it is",

@@ -58,7 +58,10 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
-WEIGHTS = Weights(naturalness=0.0, liveliness=0.0)
+# Chosen by looking at the films (docs/plane.md): regret parts who push each other, and somebody
+# alone has nothing to do but to arrive, and would tremble there.
+TWO = Weights(naturalness=0.0, liveliness=0.5)
+ONE = Weights(naturalness=0.0, liveliness=0.0)
 _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply characters prefer what costs least, per unit of way",
     "safe": "the distance at which who avoids the other is content",
@@ -93,7 +96,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         },
         observer_settings=("beta", "forgetting", "observer", "switching"),
         automatic=frozenset({"rationality", "naturalness", "liveliness"}),
-        weights=WEIGHTS,
+        weights=TWO if len(spec.characters) == 2 else ONE,
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,
