@@ -58,11 +58,12 @@ class Program:
 # How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones
 # (the kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Much of that are the
 # emitters, which make LLVM's input by way of MLIR. The usual level (2 or 3) takes longer than
-# LASTING for nothing.
+# LASTING for nothing. The library YNN, to which XLA gives sums over an axis, takes twice as long
+# for our short ones as XLA's own loops.
 Options = dict[str, str | bool]
 LEVEL = "xla_backend_optimization_level"
-BRIEF: Options = {LEVEL: "0", "xla_cpu_use_fusion_emitters": False}
-LASTING: Options = {LEVEL: "1"}
+LASTING: Options = {LEVEL: "1", "xla_cpu_experimental_ynn_fusion_type": ""}
+BRIEF: Options = {**LASTING, LEVEL: "0", "xla_cpu_use_fusion_emitters": False}
 
 _memory: dict[tuple[str, bool], Program] = {}
 

@@ -150,7 +150,7 @@ def beliefs(
         world = ready_world(ground.spec, (Observer(spec),), watch)
         rows = None
         if world.rows_are_scaled:  # bodies are simulated once, not once for each viewer
-            rows = replay_all(world, states, actions, regrets=False).log_rows[:, 1:]
+            rows = replay_all(world, states, actions, regret=False).log_rows[:, 1:]
         for number in numbers:
             viewer = viewers[number]
             forgetting = world.forgetting(world.tables)
@@ -161,7 +161,7 @@ def beliefs(
             seen = None
             if rows is not None:
                 seen = tuple(viewer.sharpness * np.moveaxis(rows, 2, 0))
-            belief = replay_all(his, states, actions, seen, regrets=False).log_belief[:, :, 0]
+            belief = replay_all(his, states, actions, seen, regret=False).log_belief[:, :, 0]
             belief = belief[:, 1:] if study.question.throughout else belief[:, -1:]
             held = np.exp(belief) * assumed  # [N, T, H]
             share = held @ events.T / held.sum(-1, keepdims=True)

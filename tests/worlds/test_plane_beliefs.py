@@ -10,7 +10,6 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.film import seen
-from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import replay
 from i2pdsl.pipeline import story_from
 from i2pdsl.worlds.plane import costs, dynamics
@@ -140,8 +139,9 @@ def test_regret_is_what_the_best_step_would_have_saved():
             belief = math.exp(frames.log_belief[t, 0, number])
             expected += belief * 3.0 * (costs[0] - min(costs))
             total += belief
-        one = Frame(*(part[t] for part in frames))
-        assert seen(world, world.tables, one, None).regret == pytest.approx(expected / total)
+        assert seen(world, world.tables, frames.at(t), None).regret == pytest.approx(
+            expected / total
+        )
 
 
 def test_who_trembles_is_as_still_as_who_rests():
