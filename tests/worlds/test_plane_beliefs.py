@@ -145,7 +145,7 @@ def test_regret_is_what_the_best_step_would_have_saved():
 
 
 def test_who_trembles_is_as_still_as_who_rests():
-    """In plain Python: who gets on most in two frames, in quarters of the speed that he likes."""
+    """In plain Python: how each gets on in two frames, in quarters of the speed that he likes."""
     world = build_plane(PAIR)
     tremble, walk = [0.06, 0.0], [0.0, 0.09]
     for then, now, mouse, cat in (
@@ -155,9 +155,11 @@ def test_who_trembles_is_as_still_as_who_rests():
     ):
         places = world.starts()[0][:4].tolist()
         before, after = [*places, *then, 0.0, 0.0], [*places, *now, 0.0, 2 * cat]
-        quarters = max(mouse / PAIR.characters[0].speed, cat / PAIR.characters[1].speed) * 4
+        expected = 1.0
+        for gone, character in zip((mouse, cat), PAIR.characters, strict=True):
+            expected /= 1 + (4 * gone / character.speed) ** 2
         found = world.stillness(world.tables, np.array(before), np.array(after))
-        assert found == pytest.approx(1 / (1 + quarters**2))
+        assert found == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
