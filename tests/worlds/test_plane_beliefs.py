@@ -155,11 +155,10 @@ def test_who_trembles_is_as_still_as_who_rests():
     ):
         places = world.starts()[0][:4].tolist()
         before, after = [*places, *then, 0.0, 0.0], [*places, *now, 0.0, 2 * cat]
-        expected = 1.0
-        for gone, character in zip((mouse, cat), PAIR.characters, strict=True):
-            expected /= 1 + (4 * gone / character.speed) ** 2
+        both = zip((mouse, cat), PAIR.characters, strict=True)
+        quarters = math.hypot(*(4 * gone / character.speed for gone, character in both))
         found = world.stillness(world.tables, np.array(before), np.array(after))
-        assert found == pytest.approx(expected)
+        assert found == pytest.approx(1 / (1 + quarters**2))
 
 
 @pytest.mark.parametrize(

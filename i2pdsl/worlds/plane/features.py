@@ -73,10 +73,10 @@ def is_still(after: Array) -> Array:
 
 def stillness(tables: Tables, state: Array, after: Array) -> Array:
     """1 where nobody gets on, 1/2 where one does at the share SLOWLY of the speed that he likes,
-    [...]. The product of what it is of each: a greatest of all would have edges, at which L-BFGS
-    ends. Two frames are looked at: who trembles gets nowhere."""
+    [...]. All are added up: a greatest one would have edges, at which L-BFGS ends. Two frames are
+    looked at: who trembles gets nowhere."""
     on = (_moved(state) + _moved(after)) / 2
-    return (1 / (1 + _squares(on) / (SLOWLY * tables.speed) ** 2)).prod(-1)
+    return 1 / (1 + (_squares(on) / (SLOWLY * tables.speed) ** 2).sum(-1))
 
 
 def _moved(after: Array) -> Array:
