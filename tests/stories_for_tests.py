@@ -76,7 +76,7 @@ def story(path: Path) -> Story:
 def measured(path: Path, seed: int) -> tuple[float, ...]:
     script = story(path).solve(seed).script
     film = film_of(script.world, script.frames)
-    seen = {"still": film.still / script.length, "luck": film.luck.max(initial=0.0)}
+    seen = {"still": script.still, "luck": film.luck.max(initial=0.0)}
 
     def value(asked: Expectation) -> float:
         if asked.expression in seen:

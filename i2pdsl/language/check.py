@@ -441,7 +441,8 @@ class _Checker:
         return node.callee.id, name
 
     def weights(self) -> Weights:
-        found = {term: w for term, w in Weights()._asdict().items() if term in self.world.automatic}
+        usual = self.world.weights._asdict()
+        found = {term: w for term, w in usual.items() if term in self.world.automatic}
         for statement in self.program.of(ast.Weight):
             if statement.term not in self.world.automatic:
                 message = f"world {self.world.world} has no automatic term `{statement.term}`"

@@ -91,8 +91,8 @@ def _number(value: object) -> float | None:
 
 class Weights(NamedTuple):
     """How much the automatic terms of an objective count (objective/terms.py, film.py); as they
-    are unless a story sets them. The first two are the paper's; the others were chosen by looking
-    at the films (docs/stories.md)."""
+    are on maps unless a story sets them. The first two are the paper's; the others were chosen by
+    looking at the films (docs/stories.md)."""
 
     rationality: float = 1.0
     plausibility: float = 1.0
@@ -106,6 +106,9 @@ class Weights(NamedTuple):
         return any(self[1:])
 
 
+ON_MAPS = Weights()
+
+
 @dataclass(frozen=True)
 class Vocabulary:
     """Everything the checker needs to know of a world.
@@ -116,7 +119,7 @@ class Vocabulary:
         can_fail: the characters whose moves can fail.
         events: event -> the objects that it can bring.
         places: tile -> its cells (column, row); `columns` x `rows` is the map's size.
-        automatic: the automatic terms that the world has.
+        automatic: the automatic terms that the world has; `weights`: how much each counts there.
         observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
         search_settings: of its usual search, where they differ from those of every world.
@@ -145,6 +148,7 @@ class Vocabulary:
     observer_settings: tuple[str, ...] = ()
     free: frozenset[tuple[int, int]] = frozenset()
     automatic: frozenset[str] = frozenset(Weights._fields)
+    weights: Weights = ON_MAPS
     enumerable: bool = True
     search_settings: Settings = ()
     usual_length: int = 15

@@ -9,7 +9,8 @@ luck         - max(0, C - FREE), where C is the greatest cumulative sum of log-l
              the attempts of a weak character between a chance whose odds are ODDS times better (or
              worse) and its own (Page 1954, Continuous inspection schemes, Biometrika 41, 100-115).
              So a run counts wherever it stands, and two failures cost nothing.
-liveliness   - the number of frames in which nothing changes that a viewer can see.
+liveliness   - the number of frames in which nothing changes that a viewer can see; of bodies that
+             move smoothly, the sum of how still each frame is (World.stillness).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Film(NamedTuple):
     """What the terms have come to; W weak characters.
 
     Attributes:
-        regret: nats so far, []. still: frames so far, [].
+        regret: nats so far, []. still: how still all frames so far were, [].
         tried, succeeded: attempts of each weak character, [W].
         streaks: the cumulative sum of each for better and for worse luck, now: [2, W].
         luck: the greatest of them so far, [W].
@@ -69,7 +70,7 @@ def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) ->
     to whom it must make sense, where not all are."""
     xp = frame.log_belief.__array_namespace__()
     regret = frame.of(viewers).regret.mean(-1)
-    still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
+    still = world.stillness(tables, frame.before, frame.state)
     if world.weak_chances:
         return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))
     nobody = xp.zeros((*still.shape, 0), dtype=bool)

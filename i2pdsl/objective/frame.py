@@ -140,8 +140,7 @@ def observe(
     if rows:
         after = world.transition(tables, state, action)
     else:
-        after, rows = world.outcome(tables, state, action)
-        best = world.best_rows(tables, state, action, after)
+        after, rows, best = world.outcome(tables, state, action)
     seen = world.is_observed(action)[..., None, None]
     belief, expecting = Belief(log_belief, share), []
     regret = xp.zeros(log_belief.shape[:-1], log_belief.dtype)

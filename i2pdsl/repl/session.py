@@ -218,8 +218,12 @@ class Session(Desk):
         return Reply(said=tuple(self.workshop.saved(self, Path(name))))
 
     def on_story(self, rest: str) -> Reply:
-        text = self.state.program.text.strip("\n")
-        return Reply((Text(text, is_story=True),))
+        lines = [self.state.program.text.strip("\n")]
+        kept = self.state.kept
+        if kept is not None:  # where actions have no names, no statement says it
+            runs = (f"{first}-{last}" if last > first else f"{first}" for first, last in kept.runs)
+            lines.append(f"# frames that stay as they are in the script: {', '.join(runs)}")
+        return Reply((Text("\n".join(lines), is_story=True),))
 
     def on_show(self, rest: str) -> Reply:
         return Reply((self.workshop.looked(self, rest),))

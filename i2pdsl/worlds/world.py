@@ -168,7 +168,7 @@ class World(Protocol):
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
         """max_a log P(a | H) at each observation of the frame, [..., O, H] each: what would have
-        been the most sensible. Empty in a world without `naturalness`."""
+        been the most sensible."""
 
     def alternatives(
         self, tables: Tables, state: Array, action: Array, after: Array
@@ -180,10 +180,14 @@ class World(Protocol):
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         """Whether nothing that a viewer can see has changed, [...]."""
 
+    def stillness(self, tables: Tables, state: Array, after: Array) -> Array:
+        """What `liveliness` charges for a frame, [...]: 1 where nothing moves, 0 where something
+        does; where bodies move, the less the faster they are, without a jump."""
+
     def outcome(
         self, tables: Tables, state: Array, action: Array
-    ) -> tuple[Array, tuple[Array, ...]]:
-        """`transition`, and `log_rows` of the state that it leads to."""
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+        """`transition`, and `log_rows` and `best_rows` of the state that it leads to."""
 
     def is_observed(self, action: Array) -> Array:
         """Whether the audience updates its belief in this frame (not by an event)."""
@@ -316,21 +320,10 @@ class ContinuousWorld:
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
 
-    def best_rows(
-        self, tables: Tables, state: Array, action: Array, after: Array
-    ) -> tuple[Array, ...]:
-        return ()
-
     def alternatives(
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[tuple[Array, Array], ...]:
         return ()
-
-    def outcome(
-        self: Any, tables: Tables, state: Array, action: Array
-    ) -> tuple[Array, tuple[Array, ...]]:
-        after = self.transition(tables, state, action)
-        return after, self.log_rows(tables, state, action, after)
 
     def is_observed(self, action: Array) -> Array:
         xp = action.__array_namespace__()

@@ -703,6 +703,15 @@ def on_the_hill(hill: State, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     return session
 
 
+def test_pinned_frames_of_the_hill_are_told(on_the_hill: Session) -> None:
+    right(on_the_hill, "play 6")
+    for typed, told in (("pin 2-3,5", "2-3, 5"), ("pin 3-4", "2-5"), ("unpin 3", "2, 4-5")):
+        right(on_the_hill, typed)
+        assert shown(on_the_hill, "story").text.endswith(f"as they are in the script: {told}")
+    right(on_the_hill, "unpin")
+    assert "as they are" not in shown(on_the_hill, "story").text
+
+
 def test_playing_on_the_hill_is_what_the_hopper_does_by_itself(on_the_hill: Session) -> None:
     text = "world hill(weight = 0.1)\nlength 50\nsearch naive(noise = 0)\n"
     plain = story_from(Source("plain.story", text)).solve(seed=0).script

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -13,6 +15,7 @@ import pytest
 import hill_reference as reference
 from hill_for_tests import as_reference, from_reference
 from i2pdsl import StoryError
+from i2pdsl.objective.film import film_of
 from i2pdsl.objective.replay import replay
 from i2pdsl.worlds.hill import controllers as files
 from i2pdsl.worlds.hill import hopper
@@ -148,6 +151,30 @@ def test_features_of_a_frame() -> None:
     lying[1, 9] -= 9.5  # the head alone
     fallen = hill.feature(hill.tables, "fallen", (0,), lying.reshape(-1))
     assert fallen == 1.0
+
+
+def test_regret_and_stillness_of_a_film() -> None:
+    """What is missed of the frame that one imagines; how far the node goes that goes farthest."""
+    hill = world(weight=0.5)
+    path = hill_rollout(hill, 12, 0.5, seed=4)
+    frames = replay(hill, path.states, path.actions)
+    regret = still = 0.0
+    for t in range(1, 13):
+        believed = np.exp(frames.log_belief[t, 0]).tolist()
+        missed = (-frames.log_rows[t, 0, 0]).tolist()
+        regret += sum(p * m for p, m in zip(believed, missed, strict=True))
+        x, y = (path.states[t].reshape(4, 19) - path.states[t - 1].reshape(4, 19))[:2].tolist()
+        still += 1 / (1 + (max(map(math.hypot, x, y)) / 0.05) ** 2)
+    film = film_of(hill, frames)
+    assert float(film.regret) == pytest.approx(regret)
+    assert float(film.still) == pytest.approx(still)
+    before, after = path.states[3:5]
+    way = np.random.default_rng(0).normal(size=after.shape)
+    with jax.enable_x64(True):
+        told = jnp.asarray(before), jnp.asarray(after)
+        gradient = np.asarray(jax.grad(partial(hill.stillness, None), argnums=1)(*told))
+    ahead, behind = (hill.stillness(None, before, after + e * way) for e in (1e-6, -1e-6))
+    assert gradient @ way == pytest.approx((ahead - behind) / 2e-6, rel=1e-4)
 
 
 def test_fallen_has_a_direction_but_is_exact() -> None:

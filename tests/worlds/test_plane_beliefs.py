@@ -7,9 +7,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from i2pdsl.errors import Source
+from i2pdsl.language.vocabulary import Weights
+from i2pdsl.objective.film import seen
+from i2pdsl.objective.replay import replay
+from i2pdsl.pipeline import story_from
 from i2pdsl.worlds.plane import costs, dynamics
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.plane.spec import Place
+from i2pdsl.worlds.plane.world import DIRECTIONS, SPEEDS
 from plane_for_tests import DESK, PAIR, WALLED, believed, build_plane, wandered
 
 
@@ -87,6 +93,87 @@ def test_step_observer_is_a_density_of_velocities(spec, beta):
         density = np.exp(world.log_rows(tables, before, every, after)[who][:, 0])
         total = (weights[:, None] * tables.fastest[who] ** 2 * density).sum(0)
         assert np.allclose(total, 1.0, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("spec", "observer"), [(DESK, "step"), (DESK, "path"), (PAIR, "step"), (WALLED, "step")]
+)
+def test_the_best_velocity_is_the_likeliest(spec, observer):
+    """Of those that viewers weigh and the one taken, to viewers who know what the other does."""
+    world = build_plane(spec.with_settings({"observer": observer, "beta": 3.0}))
+    tables = world.tables
+    states, actions = wandered(world, 5)
+    nodes, _ = disc(DIRECTIONS, SPEEDS)
+    for before, action, after in zip(states, actions, states[1:], strict=False):
+        taken = world.log_rows(tables, before, action, after)
+        best = world.best_rows(tables, before, action, after)
+        here = np.repeat(before[None], len(nodes), axis=0)
+        for who in range(world.cast.count):
+            others = np.repeat(action[None], len(nodes), axis=0)
+            others[:, 2 * who : 2 * who + 2] = tables.fastest[who] * nodes
+            there = world.transition(tables, here, others)
+            rows = world.log_rows(tables, here, others, there)[who]
+            likeliest = np.maximum(taken[who], rows.max(0))
+            assert np.allclose(best[who], likeliest, rtol=0, atol=1e-9)
+            assert (best[who] > taken[who]).any()
+
+
+def test_regret_is_what_the_best_step_would_have_saved():
+    """In plain Python, of one hand: beta times what the step costs more than the best one."""
+    world = build_plane(DESK.with_settings({"beta": 3.0}))
+    states, actions = wandered(world, 4, spread=0.4)
+    speed, nodes = DESK.characters[0].speed, disc(DIRECTIONS, SPEEDS)[0]
+
+    def cost(place, velocity, goal):
+        ahead = [x + v for x, v in zip(place, velocity, strict=True)]
+        spent = (velocity[0] ** 2 + velocity[1] ** 2 + speed**2) / (2 * speed)
+        return spent + math.dist(ahead, goal)
+
+    frames = replay(world, states, actions)
+    for t, (state, action) in enumerate(zip(states, actions, strict=False), 1):
+        place, taken = state[:2].tolist(), action.tolist()
+        tried = [taken, *(2 * speed * nodes).tolist()]
+        expected = total = 0.0
+        for number, goal in enumerate(p.at for p in DESK.places):
+            costs = [cost(place, velocity, goal) for velocity in tried]
+            belief = math.exp(frames.log_belief[t, 0, number])
+            expected += belief * 3.0 * (costs[0] - min(costs))
+            total += belief
+        assert seen(world, world.tables, frames.at(t), None).regret == pytest.approx(
+            expected / total
+        )
+
+
+def test_who_trembles_is_as_still_as_who_rests():
+    """In plain Python: how each gets on in two frames, in quarters of the speed that he likes."""
+    world = build_plane(PAIR)
+    tremble, walk = [0.06, 0.0], [0.0, 0.09]
+    for then, now, mouse, cat in (
+        (tremble, [-0.06, 0.0], 0.0, 0.0),
+        (tremble, tremble, 0.06, 0.0),
+        (walk, tremble, math.hypot(0.03, 0.045), 0.02),
+    ):
+        places = world.starts()[0][:4].tolist()
+        before, after = [*places, *then, 0.0, 0.0], [*places, *now, 0.0, 2 * cat]
+        both = zip((mouse, cat), PAIR.characters, strict=True)
+        quarters = math.hypot(*(4 * gone / character.speed for gone, character in both))
+        found = world.stillness(world.tables, np.array(before), np.array(after))
+        assert found == pytest.approx(1 / (1 + quarters**2))
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ("pasture", Weights(1, 0, 0.3, 0, 0.5)),
+        ("desk", Weights(1, 0, 0.3, 0, 0)),
+        ("hill", Weights(0, 0, 0.3, 0, 0)),
+    ],
+)
+def test_what_the_automatic_terms_weigh(place, expected):
+    text = f"world {place}\nlength 9\nmaximize [moved(X) @ script[T]]\nnaturalness 0.3\n"
+    asked = {"pasture": "moved(big)", "desk": "moved(hand)", "hill": "progress(box)"}[place]
+    told = story_from(Source("t.story", text.replace("moved(X)", asked)))
+    assert told.typed.weights == expected
 
 
 def test_step_observer_in_free_space_is_nearly_the_path_observer():

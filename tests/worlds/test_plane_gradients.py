@@ -1,4 +1,5 @@
-"""Gradients of beliefs by all velocities, against finite differences, and where they could fail."""
+"""Gradients of beliefs, regrets and stillness by all velocities, against finite differences, and
+where they could fail."""
 
 from functools import cache
 
@@ -7,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl.audience.filter import update
+from i2pdsl.objective.film import seen
+from i2pdsl.objective.frame import observe
 from i2pdsl.programs import BRIEF
 from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 
@@ -18,8 +20,9 @@ CASES = [("desk", "step"), ("desk", "path"), ("pair", "path"), ("walled", "step"
 
 @cache
 def believing(name, observer):
-    """A world, and the sum over frames of the belief in its first hypothesis with its gradient, as
-    a compiled function of the start and of all actions, in doubles."""
+    """A world, and the sum over frames of the belief in its first hypothesis, of the regret and of
+    stillness with its gradient, as a compiled function of the start and of all actions, in
+    doubles."""
     world = build_plane(SPECS[name].with_settings({"observer": observer, "beta": 2.0}))
 
     def total(start, actions):
@@ -27,10 +30,10 @@ def believing(name, observer):
 
         def frame(carry, action):
             state, belief = carry
-            after = world.transition(tables, state, action)
-            for row in world.log_rows(tables, state, action, after):
-                belief = update(belief, row, world.forgetting(tables))
-            return (after, belief), jnp.exp(belief[0, 0])
+            now = observe(world, tables, jnp.int32(1), state, action, belief)
+            film = seen(world, tables, now, None)
+            total = jnp.exp(now.log_belief[0, 0]) + film.regret + film.still
+            return (now.state, now.log_belief), total
 
         return jax.lax.scan(frame, (start, world.log_prior(tables)), actions)[1].sum()
 

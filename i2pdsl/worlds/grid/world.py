@@ -150,11 +150,16 @@ class GridWorld:
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         return arrangement(tables, state) == arrangement(tables, after)
 
+    def stillness(self, tables: Tables, state: Array, after: Array) -> Array:
+        xp = tables.cells.__array_namespace__()
+        return xp.where(self.is_still(tables, state, after), 1.0, 0.0)
+
     def outcome(
         self, tables: Tables, state: Array, action: Array
-    ) -> tuple[Array, tuple[Array, ...]]:
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
         after = self.transition(tables, state, action)
-        return after, self.log_rows(tables, state, action, after)
+        seen = (tables, state, action, after)
+        return after, self.log_rows(*seen), self.best_rows(*seen)
 
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count

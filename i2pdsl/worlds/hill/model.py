@@ -17,6 +17,7 @@ from i2pdsl.worlds.hill.springs import Motion
 Array = Any
 
 MOVED = 0.02  # units in a frame that are seen as a motion of a node (about a tenth of a hop's)
+SLOWLY = 0.05  # units in a frame, of the node that moves most: half as still as no motion at all
 SOFTNESS = 1.0  # units of height over which the smooth step of `fallen` rises
 SLACKNESS = 0.3  # units of stretch over which that of `taut` does
 
@@ -180,9 +181,19 @@ def feature(
 
 def is_still(state: Array, after: Array) -> Array:
     """Whether no node has moved so far that it is seen, [...]."""
-    xp = state.__array_namespace__()
+    return _most(state, after) < MOVED**2
+
+
+def stillness(state: Array, after: Array) -> Array:
+    """1 where no node moves, 1/2 where the one that moves most goes SLOWLY, [...]."""
+    return 1 / (1 + _most(state, after) / SLOWLY**2)
+
+
+def _most(state: Array, after: Array) -> Array:
+    """The square of how far the node moved that moved most, [...]."""
     moved = springs.motion_of(after).position - springs.motion_of(state).position  # [2, N, B]
-    return (xp.sqrt((moved**2).sum(0)).max(0) < MOVED).reshape(state.shape[:-1])
+    most: Array = (moved**2).sum(0).max(0).reshape(state.shape[:-1])
+    return most
 
 
 def _below(length: Array, limit: float, softness: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary
+from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.hill.spec import EAGER, LAZY, HillSpec
 
 WEIGHT, WILL = "weight", "will"
@@ -40,6 +40,9 @@ _RANGES: dict[str, _Number] = {
     "forgetting": _between(0.0, 0.5),
 }
 _WORDS = {"evidence": ("motion", "mass"), "will": (EAGER, LAZY)}
+# Chosen by looking at the films (docs/hill.md): a hopper never stands still, and viewers who
+# imagine other controllers find what is natural to one of them no better than what is not.
+WEIGHTS = Weights(naturalness=0.0, liveliness=0.0)
 _DOCUMENTATION = {
     "weight": "the weight of the box, as it is",
     "weights": "what viewers think it could be, as in {0.1, 0.3, 0.5}",
@@ -91,7 +94,8 @@ def hill_vocabulary(spec: HillSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
         observer_settings=("controller", "evidence", "forgetting", "sigma"),
-        automatic=frozenset(),
+        automatic=frozenset({"naturalness", "liveliness"}),
+        weights=WEIGHTS,
         enumerable=False,
         usual_length=400,
         preposition="on the",

@@ -65,11 +65,18 @@ class HillWorld(ContinuousWorld):
     ) -> tuple[Array, ...]:
         return (model.log_likelihood(tables, state, action, after),)
 
+    def best_rows(
+        self, tables: model.Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        """Those of a frame that is just as one imagines it: all alike."""
+        xp = state.__array_namespace__()
+        return (xp.zeros((*state.shape[:-1], *tables.log_prior.shape), dtype=state.dtype),)
+
     def outcome(
         self, tables: model.Tables, state: Array, action: Array
-    ) -> tuple[Array, tuple[Array, ...]]:
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
         after, seen = model.outcome(tables, state, action)
-        return after, (seen,)
+        return after, (seen,), self.best_rows(tables, state, action, after)
 
     def value(self, tables: model.Tables, who: int, state: Array) -> Array:
         return model.value(tables, state)
@@ -91,6 +98,9 @@ class HillWorld(ContinuousWorld):
 
     def is_still(self, tables: model.Tables, state: Array, after: Array) -> Array:
         return model.is_still(state, after)
+
+    def stillness(self, tables: model.Tables, state: Array, after: Array) -> Array:
+        return model.stillness(state, after)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> HillWorld:
         """Likelihoods are exp(-error / (2 sigma^2))."""

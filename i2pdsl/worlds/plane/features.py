@@ -15,6 +15,7 @@ Array = Any
 PREDICATE_SOFTNESS = 0.2  # units over which the smooth step of a predicate rises
 TOUCH = 0.05  # units between the edges of two that touch
 MOVED = 0.005  # units in a frame that are seen as a motion
+SLOWLY = 0.25  # of the speed that one likes: half as still as no motion at all
 SIGHT = 1.0  # units by which a free line of sight counts as free
 FACING = math.cos(math.pi / 4)  # of the largest angle between a motion and what it faces
 
@@ -67,9 +68,26 @@ def _left(a: Array, b: Array) -> Array:
 
 def is_still(after: Array) -> Array:
     """Whether nobody has moved so far that it is seen, [...]."""
-    moved = after[..., after.shape[-1] // 2 :]
-    moved = moved.reshape(*moved.shape[:-1], -1, 2)
-    return (moved**2).sum(-1).max(-1) < MOVED**2
+    return _squares(_moved(after)).max(-1) < MOVED**2
+
+
+def stillness(tables: Tables, state: Array, after: Array) -> Array:
+    """1 where nobody gets on, 1/2 where one does at the share SLOWLY of the speed that he likes,
+    [...]. All are added up: a greatest one would have edges, at which L-BFGS ends. Two frames are
+    looked at: who trembles gets nowhere."""
+    on = (_moved(state) + _moved(after)) / 2
+    return 1 / (1 + (_squares(on) / (SLOWLY * tables.speed) ** 2).sum(-1))
+
+
+def _moved(after: Array) -> Array:
+    """How far all moved in the last frame, [..., 2 n]."""
+    return after[..., after.shape[-1] // 2 :]
+
+
+def _squares(moved: Array) -> Array:
+    """The squares of the lengths of n vectors, [..., n]."""
+    squares: Array = (moved**2).reshape(*moved.shape[:-1], -1, 2).sum(-1)
+    return squares
 
 
 def feature(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary
+from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.hypotheses import latents_of, rationality_of
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.spec import PlaneSpec
@@ -58,6 +58,10 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
+# Chosen by looking at the films (docs/plane.md): regret parts who push each other, and somebody
+# alone has nothing to do but to arrive, and would tremble there.
+TWO = Weights(naturalness=0.0, liveliness=0.5)
+ONE = Weights(naturalness=0.0, liveliness=0.0)
 _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply characters prefer what costs least, per unit of way",
     "safe": "the distance at which who avoids the other is content",
@@ -91,7 +95,8 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
             f.name: _setting(f.name, getattr(spec.settings, f.name)) for f in fields(spec.settings)
         },
         observer_settings=("beta", "forgetting", "observer", "switching"),
-        automatic=frozenset({"rationality"}),
+        automatic=frozenset({"rationality", "naturalness", "liveliness"}),
+        weights=TWO if len(spec.characters) == 2 else ONE,
         enumerable=False,
         search_settings=SEARCH,
         documentation=spec.documentation,

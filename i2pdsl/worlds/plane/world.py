@@ -69,7 +69,18 @@ class PlaneWorld(ContinuousWorld):
     def log_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
-        return observers.log_rows(tables, self.cast, state, action, after)
+        return observers.rows(tables, self.cast, state, action, after)[0]
+
+    def best_rows(
+        self, tables: Tables, state: Array, action: Array, after: Array
+    ) -> tuple[Array, ...]:
+        return observers.rows(tables, self.cast, state, action, after)[1]
+
+    def outcome(
+        self, tables: Tables, state: Array, action: Array
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+        after = self.transition(tables, state, action)
+        return after, *observers.rows(tables, self.cast, state, action, after)
 
     def value(self, tables: Tables, who: int, state: Array) -> Array:
         return costs.value(tables, self.cast, who, state)
@@ -93,6 +104,9 @@ class PlaneWorld(ContinuousWorld):
 
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         return features.is_still(after)
+
+    def stillness(self, tables: Tables, state: Array, after: Array) -> Array:
+        return features.stillness(tables, state, after)
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> PlaneWorld:
         beta = sharpness * self.tables.beta
