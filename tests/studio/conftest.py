@@ -17,6 +17,8 @@ from browser_for_tests import chromium  # noqa: F401
 from worlds_for_tests import with_small_world
 
 HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
+SEARCH = "search beam(starts = 30, polish = 0)\n"
+BRIEF = HELP + SEARCH  # what is solved in no time
 NARROW = 46  # rem: what is a phone
 
 
@@ -139,6 +141,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
     """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
     fill(served.folder)
+    (served.folder / "help.story").write_text(BRIEF, encoding="utf-8")
     desks: list[Desk] = []
     contexts: list[Any] = []
 
