@@ -7,7 +7,11 @@ const KEPT = "i2p-typed:";
 
 /** Stands where a story has no picture yet. */
 const arc = () =>
-  s("svg", { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" }, s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }));
+  s(
+    "svg",
+    { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" },
+    s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }),
+  );
 
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
@@ -131,7 +135,10 @@ export class Files {
       `You typed something here (${told}) that was not saved.`,
       "typed",
       back,
-      ["Compare", () => this.#compare("As it was typed", text, "As the file is", now, back, forget)],
+      [
+        "Compare",
+        () => this.#compare("As it was typed", text, "As the file is", now, back, forget),
+      ],
       forget,
     );
   }
