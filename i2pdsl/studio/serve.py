@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import hashlib
 import mimetypes
 import os
 import secrets
@@ -22,12 +23,13 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from i2pdsl.resources import data_folder
+from i2pdsl.resources import cache_folder, data_folder
 from i2pdsl.studio.guard import SUBPROTOCOL, Guard
 from i2pdsl.studio.protocol import LARGEST_MESSAGE
 from i2pdsl.studio.studio import Studio
 
 PORT, TRIED = 8760, 40  # the first port that is tried, and how many
+TOKEN_BYTES = 24
 MOST_PAGES = 24  # connections at once
 _TYPES = {".js": "text/javascript", ".svg": "image/svg+xml", ".woff2": "font/woff2"}
 
@@ -113,7 +115,7 @@ def listening(host: str, port: int | None) -> socket.socket:
     wanted = [port] if port is not None else [*range(PORT, PORT + TRIED), 0]
     for number in wanted:
         found = socket.socket(family, socket.SOCK_STREAM)
-        if os.name == "posix":  # elsewhere it would share the port with another
+        if os.name == "posix":  # a port that was left a moment ago is free
             found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             found.bind((host, number))
@@ -124,6 +126,23 @@ def listening(host: str, port: int | None) -> socket.socket:
             if problem.errno != errno.EADDRINUSE or number == wanted[-1]:
                 raise
     raise AssertionError
+
+
+def kept_token(folder: Path) -> str:
+    """A folder's token, which only its user can read: the same when the studio is started again,
+    so that pages that are open go on."""
+    name = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:32]
+    token = secrets.token_urlsafe(TOKEN_BYTES)
+    with suppress(OSError):  # without a cache it is another one each time
+        path = cache_folder("studio") / name
+        with suppress(FileNotFoundError):
+            known = path.read_text(encoding="ascii", errors="replace")
+            if len(known) == len(token):
+                return known
+        number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        with open(number, "w", encoding="ascii") as file:
+            file.write(token)
+    return token
 
 
 def is_loopback(host: str) -> bool:
@@ -149,7 +168,7 @@ def serve(
     """
     listener = listening(host, port)
     number = listener.getsockname()[1]
-    token = secrets.token_urlsafe(24)
+    token = kept_token(folder)
     shown = f"[{host}]" if ":" in host else host
     app: Any = application(Studio(folder, start), own_hosts(host, number), token)
     config = uvicorn.Config(

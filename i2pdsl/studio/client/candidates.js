@@ -1,5 +1,5 @@
 // A wall of other films of the same story, that play side by side; and how one could go on.
-import { h } from "./dom.js";
+import { figure, h } from "./dom.js";
 import { filmHost, mountFilm } from "./mounted.js";
 
 const COUNT = 8;
@@ -9,9 +9,6 @@ const ORDERS = {
   lively: ["Liveliness", ({ lively }) => lively],
   contact: ["Contact", ({ contact }) => contact],
 };
-const short = (value) =>
-  value === null || value === undefined ? "–" : value.toPrecision(3).replace("-", "−");
-
 export class Candidates {
   #cards = []; // {film, node, playback}
   #seed = 0;
@@ -125,7 +122,7 @@ export class Candidates {
         ...Object.values(ORDERS)
           .slice(0, 2)
           .map(([label, of]) =>
-            h("span", {}, `${label.toLowerCase()} `, h("b", {}, short(of(film)))),
+            h("span", {}, `${label.toLowerCase()} `, h("b", {}, figure(of(film)))),
           ),
       );
     }
@@ -149,7 +146,7 @@ export class Candidates {
           type: "button",
           class: "pick",
           click: choose,
-          "aria-label": `Put on the stage: ${text ?? `panel ${short(film.panel?.mean)}, score ${short(film.score)}`}`,
+          "aria-label": `Put on the stage: ${text ?? `panel ${figure(film.panel?.mean)}, score ${figure(film.score)}`}`,
         },
         screen,
       ),

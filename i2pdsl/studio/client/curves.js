@@ -1,6 +1,6 @@
 // What viewers believe, below the film; and a curve that is drawn: what was drawn is `points(...)` in
 // the text, and what the text has there is drawn.
-import { clamp, follow, h, s } from "./dom.js";
+import { clamp, follow, h, later, s } from "./dom.js";
 
 const BOX = { width: 240, height: 128, left: 30, right: 234, top: 10, bottom: 106 };
 const REACH = 14; // pixels about a point that take hold of it
@@ -311,6 +311,7 @@ class Arc {
     this.axes = axes;
     this.now = s("g", { class: "now" }, s("line", { y1: BOX.top, y2: BOX.bottom }));
     const target = s("path", { class: "target", d: this.#line(this.#points ?? []) });
+    const focused = this.svg.querySelector(".handle:focus")?.dataset.point;
     const handles = (this.#points ?? []).map((point, i) => this.#handle(point, i));
     this.svg.replaceChildren(
       ...axes.drawn(),
@@ -319,6 +320,7 @@ class Arc {
       target,
       ...handles,
     );
+    if (focused) this.svg.querySelector(`[data-point="${focused}"]`)?.focus();
     this.told.textContent = this.#points
       ? "Dashed: as drawn. Drag a point, draw a piece anew."
       : "Draw over it with mouse or finger.";
@@ -369,7 +371,9 @@ class Arc {
     else return;
     event.preventDefault();
     event.stopPropagation();
-    this.#send(points).then(() => this.svg.querySelector(`[data-point="${i}"]`)?.focus());
+    this.#points = points;
+    this.#show();
+    this.#sendSoon(points);
   }
 
   /** A share of the film between a point's neighbours. */
@@ -422,6 +426,8 @@ class Arc {
       this.#send(points);
     });
   }
+
+  #sendSoon = later((points) => this.#send(points), 300); // many keys are one step
 
   async #send(points) {
     const rounded = points.map(([share, value]) => [

@@ -32,6 +32,12 @@ export const s = (tag, attributes = {}, ...children) =>
 
 export const $ = (id) => document.getElementById(id);
 
+/** A number for people to read, of some digits. */
+export const figure = (value, digits = 3) =>
+  value === null || value === undefined
+    ? "–"
+    : String(Number(value.toPrecision(Math.max(digits, Math.trunc(value).toString().length)))).replace("-", "−");
+
 export const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 
 /** A button with an icon: `path` is drawn in 24 x 24 units. */

@@ -1,9 +1,13 @@
 // The folder: a gallery of its stories, new ones, saving, and what to do when a file is another by
 // now. What is typed and not saved is kept in the browser, and offered again.
-import { $, fill, h, later } from "./dom.js";
+import { $, fill, h, later, s } from "./dom.js";
 import { pictureOf } from "./picture.js";
 
 const KEPT = "i2p-typed:";
+
+/** Stands where a story has no picture yet. */
+const arc = () =>
+  s("svg", { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" }, s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }));
 
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
@@ -130,7 +134,7 @@ export class Files {
   // ------------------------------------------------------------------ somebody else
 
   async #changed({ path, digest }) {
-    if (this.dialog.open) this.#list();
+    if (this.dialog.open && this.beginnings) this.#list();
     if (path !== this.path || digest === this.#digest) return;
     if (digest === null) {
       this.#digest = null;
@@ -277,10 +281,10 @@ export class Files {
           "data-path": path,
           click: () => this.open(path),
         },
-        picture ? h("img", { src: picture, alt: "" }) : null,
+        picture ? h("img", { src: picture, alt: "" }) : h("i", { class: "no-picture" }, arc()),
         folder ? h("small", {}, folder) : null,
         h("strong", {}, name),
-        h("span", {}, about ?? ""),
+        h("span", { class: "about" }, about ?? ""),
         typed ? h("em", {}, "not saved") : null,
       ),
     );
@@ -292,7 +296,7 @@ export class Files {
       name: "name",
       required: true,
       placeholder: "my-story",
-      pattern: "[^/\\\\]+",
+      pattern: "[^\\/\\\\]+",
       "aria-label": "Name",
       autocomplete: "off",
     });

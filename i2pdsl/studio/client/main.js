@@ -2,7 +2,7 @@
 // docs/studio-protocol.md tells of the messages.
 import { Candidates } from "./candidates.js";
 import { Curves } from "./curves.js";
-import { $, clamp, follow, h, later } from "./dom.js";
+import { $, clamp, figure, follow, h, later } from "./dom.js";
 import { Files } from "./files.js";
 import { Out } from "./out.js";
 import { keepPicture } from "./picture.js";
@@ -25,6 +25,7 @@ class Studio {
   #chosen = null; // the version whose film was chosen by hand
   #progress = "";
   #wrong = false;
+  #calm = ""; // what is said of a world
 
   constructor() {
     const token = location.hash.slice(1);
@@ -89,9 +90,19 @@ class Studio {
     return this.request(method, { ...about, ...params });
   }
 
-  /** Something was done by hand: the server says which edits of the text it comes to. */
-  async byHand(method, params) {
-    for (let tries = 0; tries < 3; tries += 1) {
+  /** Something was done by hand: the server says which edits of the text it comes to. One after the
+   * other, each about the text that the one before left. */
+  byHand(method, params) {
+    const done = this.#hand.then(() => this.#byHand(method, params));
+    this.#hand = done;
+    return done;
+  }
+
+  #hand = Promise.resolve();
+
+  async #byHand(method, params) {
+    const tries = params.range ? 1 : 3; // a range is one of this version alone
+    for (let count = 0; count < tries; count += 1) {
       this.text.flush();
       const { uri, version } = this.text;
       try {
@@ -104,7 +115,7 @@ class Studio {
         }
       }
     }
-    this.tell("The text changed too fast for that.");
+    this.tell("The text has changed meanwhile: try again.");
     return false;
   }
 
@@ -188,16 +199,10 @@ class Studio {
     const { rpc } = this;
     rpc.on("i2p/story", (told) => {
       if (!this.#isPresent(told)) return;
-      this.story = {
-        can: { drag: ["cheese", "robot", "table"] },
-        pins: [],
-        numbers: [],
-        curves: [],
-        wishes: [],
-        ...told,
-      };
+      this.story = told;
       this.#wrong = false;
-      this.text.setNumbers(told.version, told.numbers ?? []);
+      const written = told.numbers.filter(({ value }) => value !== null);
+      this.text.setNumbers(told.version, written);
       this.stage.refresh();
       this.timeline.refresh();
       this.curves.refresh();
@@ -251,6 +256,8 @@ class Studio {
   worldShown(told) {
     $("desk").dataset.film = told.version;
     $("desk").classList.add("has-film");
+    this.#calm = told.planned ? "planned: stories can be told in it" : "";
+    this.#tellState();
   }
 
   choose(film) {
@@ -283,6 +290,7 @@ class Studio {
     this.story = null;
     $("desk").dataset.language = language;
     this.world.clear();
+    this.#calm = "";
     this.stage.clear();
     this.timeline.setFilm(null);
     this.curves.setFilm(null);
@@ -317,20 +325,14 @@ class Studio {
     else if (film) {
       parts.push(film.quality === "preview" ? "a first film" : "ready");
       if (film.unmet?.length) parts.push(`${film.unmet.length} not met`);
-    }
+    } else if (this.#calm) parts.push(this.#calm);
     $("state").textContent = parts.join(" · ");
     $("state").dataset.kind =
       !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
     if (this.stage) this.stage.setStale(this.#wrong);
     if (film) {
-      const { mean } = film.panel ?? {};
-      this.stage.mark.textContent = [
-        film.score === null ? null : `score ${film.score.toPrecision(3)}`,
-        mean === undefined || mean === null ? null : `panel ${mean.toPrecision(3)}`,
-      ]
-        .filter(Boolean)
-        .join(" · ")
-        .replaceAll("-", "−");
+      const panel = film.panel ? ` · panel ${figure(film.panel.mean)}` : "";
+      this.stage.mark.textContent = `score ${figure(film.score)}${panel}`;
     }
   }
 

@@ -22,13 +22,8 @@ export async function mountFilm(host, play, options = {}) {
   const { makeStage } = await kinds[play.script];
   if (host.film !== play) return null;
   const root = host.shadowRoot;
-  // The page's policy allows no style written into elements, but scripts may set it.
   const template = document.createElement("template");
-  template.innerHTML = play.stage.replaceAll(' style="', ' data-style="');
-  for (const node of template.content.querySelectorAll("[data-style]")) {
-    node.style.cssText = node.dataset.style;
-    delete node.dataset.style;
-  }
+  template.innerHTML = play.stage;
   const box = h("div", { class: `${play.classes} mounted` }, template.content);
   box.style.setProperty("--aspect", play.aspect);
   root.replaceChildren(box);

@@ -52,41 +52,28 @@ export function stepNumber(view, by, rewrite) {
   return true;
 }
 
-/** A slider that rewrites a number: `rewrite(number, text)` while it moves, and with what was there
- * before as a third argument when it is let go. */
+/** A slider that rewrites a number: `rewrite(number, text, phase)`, where the phase is "begin" with
+ * the first move, then "move", and "end" when it is let go. */
 export function slider(view, number, rewrite) {
   const { low, high, step, what } = number;
   const now = () => numberAt(view.state, number.from);
   const text = ({ from, to }) => view.state.sliceDoc(from, to);
-  let before = null;
+  let moving = false;
   const shown = h("output", {}, text(number));
   const move = (event) => {
     const [at, value] = [now(), written(Number(event.target.value), step)];
-    if (!at) return;
-    before ??= text(at);
+    if (!at || text(at) === value) return;
     shown.textContent = value;
-    if (text(at) !== value) rewrite(at, value);
+    rewrite(at, value, moving ? "move" : "begin");
+    moving = true;
   };
   const end = () => {
-    const at = now();
-    if (at && before !== null && before !== text(at)) rewrite(at, text(at), before);
-    before = null;
+    if (moving) rewrite(number, "", "end");
+    moving = false;
   };
-  return h(
-    "label",
-    { class: "slide" },
-    h("span", {}, what),
-    h("input", {
-      type: "range",
-      min: low,
-      max: high,
-      step,
-      value: text(number),
-      input: move,
-      change: end,
-    }),
-    shown,
-  );
+  const input = h("input", { type: "range", min: low, max: high, step, input: move, change: end });
+  input.value = text(number); // once its ends are known
+  return h("label", { class: "slide" }, h("span", {}, what), input, shown);
 }
 
 /** The extension: `rewrite` as in `slider`. */

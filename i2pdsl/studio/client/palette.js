@@ -1,6 +1,9 @@
 // The patterns of the libraries: found by words, filled with the words of the story's world.
 import { h, later, prose } from "./dom.js";
 
+/** What a documentation says first. */
+const firstOf = (about) => about.split(/(?<=[.!?])\s|\n\s*\n/)[0];
+
 export class Palette {
   #number = 0;
 
@@ -65,12 +68,13 @@ export class Palette {
             ? h("img", { src: picture, alt: "", loading: "lazy", width: 120, height: 40 })
             : null,
           h("strong", {}, name.replaceAll("_", " ")),
-          h("span", {}, prose(about.split(/\n\s*\n/)[0])),
+          h("span", {}, prose(firstOf(about))),
         ),
         h(
           "form",
           { submit: use },
           h("p", { class: "signature" }, h("code", {}, signature)),
+          h("p", { class: "hint" }, prose(about)),
           fields.map(({ node }) => node),
           h("button", { type: "submit", class: "main-button" }, "Wish for it"),
         ),

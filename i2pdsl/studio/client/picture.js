@@ -5,11 +5,10 @@ const BEFORE = "i2p-picture:";
 
 /** Keeps the drawing of a film as the picture of a file. */
 export async function keepPicture(place, svg) {
-  const copy = svg.cloneNode(true);
-  copy.querySelector(".hands")?.remove();
   const { width, height } = svg.viewBox.baseVal;
   const size = [WIDTH, Math.round((WIDTH * height) / width)];
-  copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+  const copy = svg.cloneNode(true);
+  copy.querySelector(".hands")?.remove();
   copy.setAttribute("width", size[0]);
   copy.setAttribute("height", size[1]);
   const text = new XMLSerializer().serializeToString(copy);

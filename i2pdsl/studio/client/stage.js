@@ -177,6 +177,7 @@ export class Stage {
           who,
         ),
       ),
+      h("span", { class: "how" }, "or drag somebody on the stage: that pins where they are in this frame."),
     );
   }
 

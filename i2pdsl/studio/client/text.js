@@ -242,20 +242,20 @@ export class Text {
 
   #stepped = ({ from, to }, insert) => this.#byHand({ changes: { from, to, insert } });
 
-  // A slider that is dragged writes without history; let go, all of it is one step.
-  #slide = ({ from, to }, insert, before) => {
-    if (before === undefined) {
-      this.#view.dispatch({
-        changes: { from, to, insert },
-        annotations: [Hand.of(true), Transaction.addToHistory.of(false)],
-      });
+  // What a slider writes from its first move until it is let go is one step: CodeMirror joins what
+  // is composed, however long that takes, to the step before it.
+  #slide = ({ from, to }, insert, phase) => {
+    if (phase === "end") {
+      this.#view.dispatch({ annotations: isolateHistory.of("full") });
+      this.flush();
+      this.changed({ isHand: true });
       return;
     }
-    this.#view.dispatch({
-      changes: { from, to, insert: before },
-      annotations: [Hand.of(true), Transaction.addToHistory.of(false)],
-    });
-    this.#byHand({ changes: { from, to: from + before.length, insert } });
+    const annotations =
+      phase === "begin"
+        ? [isolateHistory.of("before"), Transaction.userEvent.of("hand")]
+        : [Transaction.userEvent.of("input.type.compose")];
+    this.#view.dispatch({ changes: { from, to, insert }, annotations });
   };
 
   #offset({ line, character }) {

@@ -12,6 +12,8 @@ export class Timeline {
     "aria-label": "Moments of the story",
   });
 
+  #beats = h("div", { class: "lane beats", role: "group", "aria-label": "Beats" });
+
   constructor(host, studio) {
     this.studio = studio;
     const button = (name, path, act, more = {}) =>
@@ -94,7 +96,7 @@ export class Timeline {
       ),
     );
     host.append(
-      h("div", { class: "track" }, this.#moments, this.scrubber, this.#pins),
+      h("div", { class: "track" }, this.#beats, this.#moments, this.scrubber, this.#pins),
       h(
         "div",
         { class: "transport" },
@@ -165,11 +167,12 @@ export class Timeline {
 
   /** Draws pins and moments as the text has them. */
   refresh() {
-    const { pins = [], numbers = [] } = this.studio.story ?? {};
+    const { pins = [], numbers = [], beats = [] } = this.studio.story ?? {};
     const focused = document.activeElement?.dataset?.key;
     this.#pins.replaceChildren(...pins.map((pin, i) => this.#pin(pin, i)));
     const moments = numbers.filter(({ frame }) => frame !== null && frame !== undefined);
     this.#moments.replaceChildren(...moments.map((moment, i) => this.#moment(moment, i)));
+    this.#beats.replaceChildren(...beats.map((beat, i) => this.#beat(beat, i, beats.length)));
     if (focused) document.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
   }
 
@@ -229,12 +232,9 @@ export class Timeline {
   }
 
   #moment(moment, i) {
-    const { frame, what, range, value, step } = moment;
-    const isIndex = Math.abs(value - frame) < 1e-9;
+    const { frame, what, range, prefix } = moment; // `prefix`: where a pattern's usual moment is meant
     const rewrite = (to) => {
-      const next = isIndex ? to : to / Math.max(this.last, 1);
-      if (to !== frame)
-        this.studio.text.rewrite(range, String(Number(next.toFixed(step < 1 ? 2 : 0))));
+      if (to !== frame) this.studio.text.rewrite(range, `${prefix}${to}`);
     };
     const node = h("button", {
       type: "button",
@@ -253,6 +253,55 @@ export class Timeline {
       },
     });
     return this.#place(node, frame);
+  }
+
+  /** A beat of the story: dragged, or with arrow keys, it changes its place among the others. */
+  #beat({ text, range }, i, count) {
+    const reorder = (to) => {
+      if (to === i || to < 0 || to >= count) return;
+      const order = [...Array(count).keys()].filter((each) => each !== i);
+      order.splice(to, 0, i);
+      this.studio.byHand("i2p/edit", { what: "beats", order });
+    };
+    const node = h(
+      "button",
+      {
+        type: "button",
+        "data-key": `beat-${i}`,
+        "aria-label": `Beat ${i + 1}: ${text}. Drag it, or use arrow keys`,
+        title: text,
+        dblclick: () => this.studio.text.reveal(range),
+        keydown: (event) => {
+          const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+          if (!by) return;
+          event.preventDefault();
+          event.stopPropagation();
+          reorder(i + by);
+        },
+        pointerdown: (event) => {
+          if (event.button !== 0) return;
+          const x = event.clientX;
+          const { width } = node.getBoundingClientRect();
+          let away = 0;
+          follow(
+            node,
+            event,
+            (next) => {
+              away = next.clientX - x;
+              node.classList.add("held");
+              node.style.translate = `${away}px 0`;
+            },
+            (_, broken) => {
+              node.classList.remove("held");
+              node.style.translate = "";
+              if (!broken) reorder(clamp(i + Math.round(away / width), 0, count - 1));
+            },
+          );
+        },
+      },
+      text,
+    );
+    return node;
   }
 
   #drag(event, node, frame, moved, removed = null) {

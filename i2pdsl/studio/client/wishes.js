@@ -1,8 +1,6 @@
 // What was wished for and what was reached of it; and why viewers believe what they do.
-import { fill, h } from "./dom.js";
+import { figure, fill, h, prose } from "./dom.js";
 
-const number = (value) =>
-  value === null ? "–" : Number(value.toPrecision(4)).toString().replace("-", "−");
 const probability = (p) => (p > 0 && p < 0.0005 ? "< 0.001" : p.toFixed(3));
 
 /** A panel that asks about the film on the stage, but only while it is seen. */
@@ -62,7 +60,7 @@ export class Wishes extends Asking {
       const bar = h("i");
       bar.style.width = `${(100 * share).toFixed(0)}%`;
       const told =
-        possible === null ? number(reached) : `${number(reached)} (${number(possible)} alone)`;
+        possible === null ? figure(reached, 4) : `${figure(reached, 4)} (${figure(possible, 4)} alone)`;
       return h(
         "li",
         { class: unmet.has(source) ? "unmet" : null },
@@ -158,7 +156,8 @@ export class Why extends Asking {
       .filter((one) => moved(one) > 0.05);
     fill(
       this.body,
-      h("p", { class: "hint" }, (legend ?? []).join("; ")),
+      h("p", { class: "hint" }, prose((legend ?? []).join("; "))),
+      h("ol", { class: "reasons" }, this.#items),
       most.length
         ? h(
             "nav",
@@ -182,7 +181,6 @@ export class Why extends Asking {
             ),
           )
         : null,
-      h("ol", { class: "reasons" }, this.#items),
     );
     this.showFrame(Math.ceil(this.studio.time - 1e-9));
   }

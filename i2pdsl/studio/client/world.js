@@ -33,10 +33,23 @@ export class World {
   }
 
   show(told) {
+    const isSame = this.#told?.version === told.version; // and only planned by now
     this.#told = told;
+    if (!isSame) this.#drawn(told);
+    this.hint.textContent = [
+      told.can?.paint ? "Press and drag to paint." : "",
+      told.planned ? "" : "It is planned before stories can be told in it.",
+      "Drop an SVG or PNG on a name to draw it so.",
+    ]
+      .filter(Boolean)
+      .join(" ");
+    this.studio.worldShown(told);
+  }
+
+  #drawn(told) {
     this.host.hidden = false;
     const template = document.createElement("template");
-    template.innerHTML = told.stage.replaceAll(' style="', ' data-style="');
+    template.innerHTML = told.stage;
     const box = h("div", { class: "theatre mounted" }, template.content);
     this.screen.shadowRoot.replaceChildren(box);
     this.svg = box.querySelector("svg");
@@ -48,14 +61,6 @@ export class World {
     this.brushes.hidden = this.size.hidden = !paintable;
     if (paintable) this.#listBrushes(told.map);
     this.#listCast(told.entities);
-    this.hint.textContent = [
-      paintable ? "Press and drag to paint." : "",
-      told.planned ? "" : "It is planned before stories can be told in it.",
-      "Drop an SVG or PNG on a name to draw it so.",
-    ]
-      .filter(Boolean)
-      .join(" ");
-    this.studio.worldShown(told);
   }
 
   #listBrushes({ tiles, wall, free, rows }) {
