@@ -15,11 +15,10 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from talking import Talk
 
-from conftest import Served, fill
 from i2pdsl.studio.protocol import LARGEST_MESSAGE
 from i2pdsl.studio.serve import kept_token
+from studio_for_tests import Served, Talk, fill
 
 Headers = dict[str, str] | list[tuple[str, str]]
 
