@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from browser_for_tests import chromium  # noqa: F401
-from studio_for_tests import Served, fill
+from studio_for_tests import BRIEF, Served, fill
 
 NARROW = 46  # rem: what is a phone
 
@@ -96,6 +96,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
     """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
     fill(served.folder)
+    (served.folder / "help.story").write_text(BRIEF, encoding="utf-8")
     desks: list[Desk] = []
     contexts: list[Any] = []
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from render.test_page import CONTRAST
-from studio.conftest import HELP, Desk, Served
+from studio.conftest import BRIEF, SEARCH, Desk, Served
 
 pytestmark = pytest.mark.browser
 
@@ -42,14 +42,14 @@ def test_who_is_dragged_is_pinned_and_the_film_solved_around_it(desk: Any) -> No
     assert abs(shown.place("robot")[0] - target[0]) < 12
     assert shown.page.get_by_role("button", name=re.compile("Pin in frame 3")).is_visible()
     shown.page.keyboard.press("Control+z")  # one drag is one step
-    shown.says(f"^{re.escape(HELP)}$")
+    shown.says(f"^{re.escape(BRIEF)}$")
     shown.solved()
     assert shown.page.get_by_role("button", name=re.compile("Pin in frame")).count() == 0
 
 
 def test_a_pin_is_dragged_along_time_and_away(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP + "pin script[2]: at(robot, (1, 0))\n")
+    shown.write(BRIEF + "pin script[2]: at(robot, (1, 0))\n")
     shown.solved()
     pin = shown.page.get_by_role("button", name=re.compile("Pin in frame 2"))
     pin.press("ArrowRight")
@@ -88,7 +88,7 @@ def test_the_first_picture_is_where_somebody_is_dragged(desk: Any) -> None:
 
 def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write("world small\nlength 6\nmaximize 0.1 * depict(G_cheese = pink)\n")
+    shown.write(f"world small\nlength 6\nmaximize 0.1 * depict(G_cheese = pink)\n{SEARCH}")
     shown.solved()
     card = shown.page.locator(".arc")
     names = card.locator("option").all_inner_texts()
@@ -140,11 +140,11 @@ def test_numbers_are_slid_and_one_slide_is_one_step(desk: Any) -> None:
 def test_two_tabs_and_an_editor_outside(desk: Any, served: Served) -> None:
     file = served.folder / "help.story"
     one, other = desk(), desk()
-    one.write(HELP.replace("length 6", "length 5"))
+    one.write(BRIEF.replace("length 6", "length 5"))
     one.page.keyboard.press("Control+s")
     other.says("length 5")  # it had no changes of its own
-    other.write(HELP.replace("length 6", "length 4"))
-    file.write_text(HELP.replace("length 6", "length 7"), encoding="utf-8")
+    other.write(BRIEF.replace("length 6", "length 4"))
+    file.write_text(BRIEF.replace("length 6", "length 7"), encoding="utf-8")
     one.says("length 7")
     other.page.get_by_role("button", name="Show both").click()
     both = other.page.get_by_role("dialog", name="Two texts of one file")
@@ -157,7 +157,7 @@ def test_two_tabs_and_an_editor_outside(desk: Any, served: Served) -> None:
 
 def test_what_was_typed_is_offered_again(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP + "# not saved\n")
+    shown.write(BRIEF + "# not saved\n")
     shown.page.wait_for_timeout(300)
     shown.page.on("dialog", lambda dialog: dialog.accept())
     shown.page.reload()
@@ -167,7 +167,7 @@ def test_what_was_typed_is_offered_again(desk: Any) -> None:
 
 def test_a_mistake_is_told_and_the_film_stays(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP.replace("rho", "rhoo"))
+    shown.write(BRIEF.replace("rho", "rhoo"))
     shown.page.locator("#text .cm-lintRange-error").wait_for()
     assert "unknown name" in shown.page.locator("#state").inner_text()
     assert shown.page.locator('#stage [data-actor="robot"]').is_visible()
@@ -213,7 +213,7 @@ def test_patterns_are_found_by_words_and_wished_for(desk: Any) -> None:
     pattern.get_by_role("button", name="Wish for it").click()
     shown.says(r"maximize twist\(")
     shown.page.locator("#undo").click()
-    shown.says(f"^{re.escape(HELP)}$")
+    shown.says(f"^{re.escape(BRIEF)}$")
 
 
 def test_films_are_exported(desk: Any) -> None:
@@ -285,7 +285,7 @@ def test_page_and_text_agree_after_many_edits_during_solves(
         what = random.choice(["type", "pin", "undo", "redo", "seek", "length", "play"])
         if what == "type":
             lengths = random.randint(4, 9)
-            shown.write(HELP.replace("length 6", f"length {lengths}"))
+            shown.write(BRIEF.replace("length 6", f"length {lengths}"))
         elif what == "pin":
             shown.seek(random.randint(0, 4))
             x, y = shown.place("robot")
@@ -317,12 +317,12 @@ def test_page_and_text_agree_after_many_edits_during_solves(
 
 def test_the_server_is_killed_and_the_page_goes_on(desk: Any, served: Served) -> None:
     shown: Desk = desk()
-    shown.write(HELP.replace("length 6", "length 8"))
+    shown.write(BRIEF.replace("length 6", "length 8"))
     shown.trouble.clear()
     served.kill()
     notice = shown.page.locator('[data-notice="lost"]')
     notice.wait_for()
-    shown.write(HELP.replace("length 6", "length 7"))
+    shown.write(BRIEF.replace("length 6", "length 7"))
     shown.page.keyboard.press("Control+s")
     shown.page.get_by_text("Not saved").wait_for()
     served.start()

@@ -12,6 +12,7 @@ const arc = () =>
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
   #saved = ""; // its text
+  #isOffered = false; // what was typed before waits for an answer
   path = null;
 
   constructor(studio) {
@@ -36,9 +37,10 @@ export class Files {
     if (this.path !== null) this.#keep();
     const found = await this.studio.request("i2p/open", { path });
     if (!found) return false;
-    await this.#opened(found);
     const kept = this.#kept(path);
-    if (kept && kept.text !== found.text) this.#offer(kept);
+    this.#isOffered = kept !== null && kept.text !== found.text;
+    await this.#opened(found);
+    if (this.#isOffered) this.#offer(kept);
     return true;
   }
 
@@ -93,7 +95,10 @@ export class Files {
   #keep() {
     this.keepSoon.cancel();
     if (this.path === null) return;
-    if (!this.isDirty) return localStorage.removeItem(KEPT + this.place(this.path));
+    if (!this.isDirty) {
+      if (!this.#isOffered) localStorage.removeItem(KEPT + this.place(this.path));
+      return;
+    }
     const kept = { text: this.studio.text.text, when: Date.now() };
     try {
       localStorage.setItem(KEPT + this.place(this.path), JSON.stringify(kept));
@@ -114,20 +119,20 @@ export class Files {
 
   #offer({ text, when }) {
     const told = new Date(when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
-    const path = this.path;
+    const answer = (act) => () => {
+      this.#isOffered = false;
+      act();
+      this.#keep();
+    };
+    const back = ["Bring it back", answer(() => this.studio.text.replace(text))];
+    const forget = ["Forget it", answer(() => {})];
+    const now = this.studio.text.text;
     this.studio.notice(
       `You typed something here (${told}) that was not saved.`,
       "typed",
-      ["Bring it back", () => this.studio.text.replace(text)],
-      [
-        "Compare",
-        () =>
-          this.#compare("As it was typed", text, "As the file is", this.studio.text.text, [
-            "Bring it back",
-            () => this.studio.text.replace(text),
-          ]),
-      ],
-      ["Forget it", () => localStorage.removeItem(KEPT + this.place(path))],
+      back,
+      ["Compare", () => this.#compare("As it was typed", text, "As the file is", now, back, forget)],
+      forget,
     );
   }
 
