@@ -55,16 +55,22 @@ class Program:
     is_new: bool
 
 
-# How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones
-# (the kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Much of that are the
-# emitters, which make LLVM's input by way of MLIR. The usual level (2 or 3) takes longer than
-# LASTING for nothing.
+# How hard the compiler tries: BRIEF programs are compiled in a third of the time of LASTING ones
+# (the kitchen's search: 1.2 s, 4 s) and run ten times as long. Not asked for, since they cost more
+# than they bring: the usual level (2 or 3); the fusion emitters, which make LLVM's input by way of
+# MLIR (half as long again to compile, a tenth faster at best); and the library YNN, which takes
+# twice as long as XLA's own loops for sums as short as ours.
 Options = dict[str, str | bool]
 LEVEL = "xla_backend_optimization_level"
-BRIEF: Options = {LEVEL: "0", "xla_cpu_use_fusion_emitters": False}
-LASTING: Options = {LEVEL: "1"}
+LASTING: Options = {
+    LEVEL: "1",
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_cpu_experimental_ynn_fusion_type": "",
+}
+BRIEF: Options = {**LASTING, LEVEL: "0"}
 
 _memory: dict[tuple[str, bool], Program] = {}
+_MOST_KEPT = 64  # programs in memory: who edits stories for hours asks for one after the other
 
 
 def compiled_program(
@@ -98,6 +104,7 @@ def compiled_program(
     description = repr((key, brief, [(s.shape, str(s.dtype)) for s in shapes], apart))
     known = (description, bool(jax.config.jax_enable_x64))  # type: ignore[attr-defined]
     if known in _memory:
+        _memory[known] = _memory.pop(known)  # the last one to be forgotten
         return replace(_memory[known], is_new=False)
 
     def flat(*arrays: Array) -> list[Array]:
@@ -118,8 +125,10 @@ def compiled_program(
         return jax.tree.unflatten(ending, ready(*jax.tree.leaves(given)))
 
     shape = hashlib.sha256(description.encode()).hexdigest()[:16]
-    _memory[known] = Program(run, shape, is_new)
-    return _memory[known]
+    program = _memory[known] = Program(run, shape, is_new)
+    while len(_memory) > _MOST_KEPT:
+        del _memory[next(iter(_memory))]
+    return program
 
 
 def _program_path(description: str, say: Say) -> Path | None:
@@ -242,7 +251,11 @@ def _compile(
     shapes: list[jax.ShapeDtypeStruct],
     options: Options,
 ) -> jax.stages.Compiled:
-    lowered = jax.jit(function).lower(*shapes)
+    return compiled(jax.jit(function).lower(*shapes), options)
+
+
+def compiled(lowered: jax.stages.Lowered, options: Options = LASTING) -> jax.stages.Compiled:
+    """A lowered function compiled as hard as ours are."""
     try:
         return lowered.compile(compiler_options=options)
     except jax.errors.JaxRuntimeError as problem:

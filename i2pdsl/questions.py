@@ -289,7 +289,7 @@ def _values(
     for first in range(0, len(paths), size):
         some = paths[first : first + size]
         states, actions = np.stack([p.states for p in some]), np.stack([p.actions for p in some])
-        frames = replay_all(world, states, actions, regrets=False)
+        frames = replay_all(world, states, actions, regret=False)
         found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
     return [np.concatenate(parts) for parts in zip(*found, strict=True)]
 

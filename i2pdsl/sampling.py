@@ -20,7 +20,6 @@ from i2pdsl.errors import Source, error, whole_file
 from i2pdsl.language.query import check_assumption
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import UNKNOWN, show_value
-from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import replay_all
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.scripts import Script, script_of
@@ -172,7 +171,7 @@ def sample(
         for i, course in enumerate(courses[some, :, 0]):
             about = _about(story, seed, [words.hypotheses[number] for number in course])
             own = Trajectory(path.actions[i], path.states[i])
-            seen = Frame(*(part[i] for part in frames))
+            seen = frames.at(i)
             scripts.append(script_of(story, world, own, seen, about, None))
     whole = courses[:, :, 0]
     return Samples(tuple(scripts), whole, observers - viewers[0], np.array(assumption))

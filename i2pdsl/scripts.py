@@ -270,7 +270,7 @@ class Script(Shown):
 
     def _check_appended(self, query: TypedQuery) -> None:
         """Refuses a question about a turn that cannot follow the script's end."""
-        last = Frame(*(part[-1] for part in self.frames))
+        last = self.frames.at(-1)
         for node in ty.walk(query.value):
             if isinstance(node, ty.Moment) and node.turns:
                 steps = append_turns(self.world, self.world.tables, node.turns, last)

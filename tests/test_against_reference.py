@@ -110,7 +110,7 @@ def test_scores_of_prefixes_agree(pair: Pair, name: str) -> None:
     frames = replay(pair.world, path.states, path.actions)
     document = pair.document(path)
     for n in range(1, story.length + 1):
-        part = Frame(*(x[: n + 1] for x in frames))
+        part = frames.at(slice(n + 1))
         shorter = {**document, "frames": document["frames"][:n]}
         score = fold_score(pair, text, part)
         assert score == pytest.approx(expected(pair.reference, shorter), abs=1e-6)

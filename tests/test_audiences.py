@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import reference as R
-from i2pdsl.audience.filter import update
+from i2pdsl.audience import queries
+from i2pdsl.audience.filter import update, updated_share
 from i2pdsl.errors import Source
 from i2pdsl.explain import document, questions_of
 from i2pdsl.language import typed as ty
@@ -203,6 +204,32 @@ def test_who_knows_something_does_not_forget_it() -> None:
     np.testing.assert_allclose(belief[:, known], alone)
     only = update(np.log(np.eye(4)[:1] + 1e-300), rows, 0.1 * np.eye(4)[:1])
     assert np.exp(only)[0] == pytest.approx([1, 0, 0, 0])
+
+
+def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
+    """After 30 observed actions, some of them all but impossible; of those who know something, too;
+    and what is asked of them, under a condition."""
+    random = np.random.default_rng(1)
+    left = np.array([[True] * 5, [True, False, True, True, True]])
+    mask, event = np.array([1, 1, 1, 0, 1], bool), np.array([1, 0, 0, 1, 0], bool)
+    quantity = random.normal(size=5)
+    prior = np.log(left / left.sum(1, keepdims=True), where=left, out=np.full(left.shape, -np.inf))
+    for forgetting in (np.array([0.02, 0.3]), np.where(left, [[0.02], [1e-9]], 0.0)):
+        logs = prior if forgetting.ndim == 2 else np.full(left.shape, -np.log(5))
+        shares = np.exp(logs)
+        for _ in range(30):
+            row = np.log(random.uniform(size=(2, 5))) * random.choice([1, 20])
+            logs, shares = update(logs, row, forgetting), updated_share(shares, row, forgetting)
+            np.testing.assert_allclose(shares, np.exp(logs), rtol=1e-9, atol=1e-15)
+            for form, about in (
+                (queries.probability, event),
+                (queries.expectation, quantity),
+                (queries.marginal, np.eye(2)[[0, 0, 1, 1, 1]]),
+            ):
+                exactly = form(logs, about, mask)
+                np.testing.assert_allclose(form(logs, about, mask, shares), exactly, rtol=1e-9)
+            found = queries.entropy(logs, None, mask, shares)
+            assert found == pytest.approx(queries.entropy(logs, None, mask), abs=1e-12)
 
 
 def test_the_panel_changes_all_audiences_alike_and_leaves_what_they_know() -> None:

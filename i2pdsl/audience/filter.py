@@ -11,6 +11,16 @@ from typing import Any, NamedTuple
 
 Array = Any
 
+LEAST = -60.0  # log of a likelihood which, times a belief, is not 0 in single precision
+
+
+def summed(weights: Array, over: Array | None = None) -> Array:
+    """The sum over the last axis, of the hypotheses in a mask only: as a product of matrices,
+    which compilers make more of than of a sum."""
+    xp = weights.__array_namespace__()
+    ones = xp.ones(weights.shape[-1:], weights.dtype)
+    return weights @ (ones if over is None else xp.where(over, ones, 0))
+
 
 def log_sum(log_values: Array, mask: Array | None = None) -> Array:
     """log of the sum of exp over the last axis, over the hypotheses of a mask only.
@@ -81,6 +91,22 @@ def update(
     # A sum of 0 is that of a belief which thinks nothing possible, and stays so.
     after = joint - (top + xp.log(xp.where(total > 0, total, 1.0)))
     return _after_chain(after, weights / total, forgetting, switching)
+
+
+def updated_share(share: Array, log_likelihood: Array, forgetting: Array) -> Array:
+    """`update` of a belief that is held as probabilities, [..., O, H]: for viewers who forget,
+    which keeps each of them from 0, and who do not think that goals change.
+
+    In single precision: what is less likely than LEAST is taken to be so likely.
+    """
+    xp = share.__array_namespace__()
+    joint = share * xp.exp(xp.maximum(log_likelihood, LEAST))
+    spread = _spread(xp, forgetting, share.shape[-1])
+    belief = joint / summed(joint)[..., None]
+    if spread is None:
+        return belief
+    each, other = spread
+    return other + (1 - each - other) * belief
 
 
 def later(log_belief: Array, forgetting: Array, switching: Switching | None = None) -> Array:

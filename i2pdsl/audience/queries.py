@@ -1,7 +1,8 @@
 """What can be asked of a belief. [O, H] log-beliefs in, one number out: the observers' mean.
 
 All functions accept leading axes (time, candidates). A mask [H] holds the conditions; the
-functions never see a mask that no hypothesis fulfils (the checker refuses it).
+functions never see a mask that no hypothesis fulfils (the checker refuses it). A `share` is the
+belief as probabilities, where none is too small for them: it saves the exponentials.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from i2pdsl.audience.filter import Switching, log_sum, update
+from i2pdsl.audience.filter import Switching, log_sum, summed, update
 
 Array = Any
 
@@ -18,30 +19,45 @@ def _namespace(array: Array) -> Any:
     return array.__array_namespace__()
 
 
-def probability(log_belief: Array, event: Array, mask: Array) -> Array:
+def probability(log_belief: Array, event: Array, mask: Array, share: Array | None = None) -> Array:
     """P(event | mask) = P(event and mask) / P(mask), [...]."""
+    if share is not None:
+        return (summed(share, event & mask) / summed(share, mask)).mean(-1)
     xp = _namespace(log_belief)
     return xp.where(event, conditioned(log_belief, mask), 0.0).sum(-1).mean(-1)
 
 
-def conditioned(log_belief: Array, mask: Array) -> Array:
+def conditioned(log_belief: Array, mask: Array, share: Array | None = None) -> Array:
     """The belief given a mask: probabilities [..., O, H], 0 outside the mask."""
     xp = _namespace(log_belief)
+    if share is not None:
+        return xp.where(mask, share, 0.0) / summed(share, mask)[..., None]
     held = xp.where(mask, log_belief, -xp.inf)
     weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
     return weights / weights.sum(-1, keepdims=True)
 
 
-def expectation(log_belief: Array, quantity: Array, mask: Array) -> Array:
+def expectation(
+    log_belief: Array, quantity: Array, mask: Array, share: Array | None = None
+) -> Array:
     """E[quantity | mask]; the quantity is broadcastable to [..., O, H]."""
+    return each_expects(log_belief, quantity, mask, share).mean(-1)
+
+
+def each_expects(
+    log_belief: Array, quantity: Array, mask: Array, share: Array | None = None
+) -> Array:
+    """E[quantity | mask] of each observer, [..., O]."""
     xp = _namespace(log_belief)
+    if share is not None:
+        return summed(xp.where(mask, share * quantity, 0.0)) / summed(share, mask)
     weighted = conditioned(log_belief, mask) * xp.where(mask, quantity, 0.0)
-    return weighted.sum(-1).mean(-1)
+    return weighted.sum(-1)
 
 
-def marginal(log_belief: Array, groups: Array, mask: Array) -> Array:
+def marginal(log_belief: Array, groups: Array, mask: Array, share: Array | None = None) -> Array:
     """The probability of each value of a latent; groups is one-hot [H, V]. [..., O, V]."""
-    return conditioned(log_belief, mask) @ groups
+    return conditioned(log_belief, mask, share) @ groups
 
 
 def _weighted_log(xp: Any, weights: Array, of: Array) -> Array:
@@ -50,10 +66,13 @@ def _weighted_log(xp: Any, weights: Array, of: Array) -> Array:
     return xp.where(positive, weights * xp.log(xp.where(positive & (of > 0), of, 1.0)), 0.0)
 
 
-def entropy(log_belief: Array, groups: Array | None, mask: Array) -> Array:
+def entropy(
+    log_belief: Array, groups: Array | None, mask: Array, share: Array | None = None
+) -> Array:
     """- sum p log p in nats, of one latent's marginal or of the whole hypothesis."""
     xp = _namespace(log_belief)
-    p = conditioned(log_belief, mask) if groups is None else marginal(log_belief, groups, mask)
+    p = conditioned(log_belief, mask, share)
+    p = p if groups is None else p @ groups
     return -_weighted_log(xp, p, p).sum(-1).mean(-1)
 
 
@@ -81,17 +100,6 @@ def surprise(beliefs: Array, log_rows: Array, mask: Array) -> Array:
     """
     predicted = log_sum(beliefs + log_rows, mask) - log_sum(beliefs, mask)
     return -predicted.sum(-2).mean(-1)
-
-
-def expected_regret(log_beliefs: Array, regrets: Array, mask: Array) -> Array:
-    """How odd observed actions are to viewers, in nats: log of the probability of the best action
-    less that of the one taken, expected under what they believe once they saw it, [...].
-
-    Args:
-        log_beliefs: the belief just after each observed action, [..., U, O, H].
-        regrets: max_a log P(a | H) - log P(action | H) of each, [..., U, O, H].
-    """
-    return expectation(log_beliefs, regrets, mask).sum(-1)
 
 
 def suspense(

@@ -117,9 +117,8 @@ def _padded(array: np.ndarray, axis: int, size: int, value: float) -> np.ndarray
     return np.pad(array, widths, constant_values=value)
 
 
-def log_likelihoods(seen: Seen, sharpness: Array) -> tuple[Array, Array]:
-    """log P(observation | H) for a viewer who expects choices to be so sharp, and that of the most
-    likely observation, [S, T, U, H] each.
+def log_likelihoods(seen: Seen, sharpness: Array) -> Array:
+    """log P(observation | H) for a viewer who expects choices to be so sharp, [S, T, U, H].
 
     Of alternatives that is softmax(sharpness * log P); what is alone in its place is a density
     whose logarithm grows with it (World.rows_are_scaled).
@@ -130,23 +129,21 @@ def log_likelihoods(seen: Seen, sharpness: Array) -> tuple[Array, Array]:
     if seen.choices.shape[3] > 1:
         powers = powers - jax.nn.logsumexp(powers, axis=3, keepdims=True)
     index = seen.taken[..., None, None]
-    return jnp.take_along_axis(powers, index, axis=3)[:, :, :, 0], powers.max(3)
+    return jnp.take_along_axis(powers, index, axis=3)[:, :, :, 0]
 
 
 class History(NamedTuple):
     """What a viewer makes of S scripts: log P(H | script[:t]) for all t, [S, T + 1, H]; then of
-    each observation, [S, T, U, H], the belief before it, its log-likelihood, and that of the most
-    likely one."""
+    each observation, [S, T, U, H], the belief before it and its log-likelihood."""
 
     log_belief: Array
     before: Array
     rows: Array
-    best: Array
 
 
 def watch(seen: Seen, viewer: Viewer) -> History:
     """What a viewer believes, frame by frame (audience/filter.py)."""
-    rows, best = log_likelihoods(seen, viewer.sharpness)
+    rows = log_likelihoods(seen, viewer.sharpness)
     chain = seen.chain(viewer)
     count, observations = rows.shape[0], rows.shape[2]
     prior = jnp.broadcast_to(viewer.log_prior, (count, 1, rows.shape[-1]))
@@ -163,7 +160,7 @@ def watch(seen: Seen, viewer: Viewer) -> History:
     steps = (jnp.moveaxis(rows, 1, 0), jnp.moveaxis(jnp.asarray(seen.observed), 1, 0))
     _, (after, before) = jax.lax.scan(frame, prior, steps)
     whole = jnp.concatenate([prior[:, None, 0], jnp.moveaxis(after, 0, 1)], axis=1)
-    return History(whole, jnp.moveaxis(before, 0, 1), rows, best)
+    return History(whole, jnp.moveaxis(before, 0, 1), rows)
 
 
 class Answers:
@@ -233,7 +230,7 @@ class Answers:
             log_belief=history.log_belief[scripts, at][:, None],
             log_expecting=seen(history.before),
             log_rows=seen(history.rows),
-            regrets=seen(history.best - history.rows),
+            regret=jnp.zeros((len(at), 1)),
         )
         compiler = Compiler(world, 1)
         closure = compiler.build(first.value)
@@ -258,7 +255,7 @@ class Answers:
             log_belief=belief,
             log_expecting=seen(history.before),
             log_rows=seen(history.rows),
-            regrets=seen(history.best - history.rows),
+            regret=jnp.zeros((length + 1, 1)),
         )
 
     def _answered(self, question: Question, frames: Frame, chain: Chain) -> Array:

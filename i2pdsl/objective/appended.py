@@ -57,7 +57,9 @@ def append_turns(
         if rows:
             known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
         number = current.number + 1
-        current = observe(world, tables, number, current.state, action, current.log_belief, known)
+        share = None if current.shares is None else current.shares.belief
+        given = (number, current.state, action, current.log_belief)
+        current = observe(world, tables, *given, known, share)
         possible = possible & allowed
         found.append((current, possible))
     return found
@@ -65,11 +67,7 @@ def append_turns(
 
 def with_suffix(xp: Any, frames: Frame, suffix: list[tuple[Frame, Array]]) -> tuple[Frame, Array]:
     """A history [T + 1, ...] with appended frames behind it, and which frames can happen."""
-    joined = Frame(
-        *(
-            xp.concatenate([old, xp.stack([getattr(f, name) for f, _ in suffix])])
-            for name, old in frames._asdict().items()
-        )
-    )
+    join = lambda old, *new: xp.concatenate([old, xp.stack(new)])
+    joined = frames.each(join, *(frame for frame, _ in suffix))
     ok = xp.ones((frames.number.shape[0],), dtype=bool)
     return joined, xp.concatenate([ok, xp.stack([xp.asarray(p) for _, p in suffix])])

@@ -19,9 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from i2pdsl.audience.queries import expected_regret
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.world import World
@@ -69,10 +67,8 @@ class Seen(NamedTuple):
 def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) -> Seen:
     """What there is to see in a frame, or in several side by side. `viewers` are those observers
     to whom it must make sense, where not all are."""
-    frame = frame.of(viewers)
     xp = frame.log_belief.__array_namespace__()
-    everyone_rational = xp.asarray(default_assumption(world.vocabulary))
-    regret = expected_regret(frame.log_afterwards, frame.regrets, everyone_rational)
+    regret = frame.of(viewers).regret.mean(-1)
     still = xp.where(world.is_still(tables, frame.before, frame.state), 1.0, 0.0)
     if world.weak_chances:
         return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))
@@ -136,7 +132,7 @@ def costs(chances: Array, film: Film) -> Costs:
 def film_of(world: World, frames: Frame, viewers: ty.Viewers | None = None) -> Film:
     """What the automatic terms come to over a finished script, in doubles."""
     chances = np.array(world.weak_chances)
-    every = seen(world, world.tables, Frame(*(part[1:] for part in frames)), viewers)
+    every = seen(world, world.tables, frames.at(np.s_[1:]), viewers)
     film = no_film(np, len(chances), float)._replace(
         **{name: part.sum(0) for name, part in every._asdict().items()}
     )

@@ -327,9 +327,7 @@ def _init(
             action = world.no_action(state)
             rows = world.log_rows(tables, state, action, state)
             first = _first_frame(xp, state, action, prior, len(rows))
-            frames = Frame(
-                *(xp.broadcast_to(part[None], (length + 1, *part.shape)) for part in first)
-            )
+            frames = first.each(lambda part: xp.broadcast_to(part[None], (length + 1, *part.shape)))
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
             None if seen is None else no_film(xp, seen.weak, prior.dtype),
@@ -347,7 +345,8 @@ def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: i
     rows = xp.zeros((observed, *prior.shape), dtype=prior.dtype)
     number = xp.zeros((), dtype=xp.int32)
     state = xp.asarray(state)
-    return Frame(number, state, xp.asarray(action), state, prior, prior, rows, rows, rows)
+    regret = xp.zeros(prior.shape[:-1], dtype=prior.dtype)
+    return Frame(number, state, xp.asarray(action), state, prior, prior, rows, rows, regret)
 
 
 def _step(
@@ -376,9 +375,7 @@ def _step(
         frames = carry.frames
         if history:
             assert frames is not None
-            frames = Frame(
-                *(old.at[frame.number].set(new) for old, new in zip(frames, frame, strict=True))
-            )
+            frames = frames.each(lambda old, new: old.at[frame.number].set(new), frame)
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,
             film=film,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import update
+from i2pdsl.audience.filter import Switching, update, updated_share
+from i2pdsl.audience.queries import each_expects
 from i2pdsl.language import typed as ty
+from i2pdsl.language.story import default_assumption
 from i2pdsl.objective.hindsight import Chain, chain_of, hindsight, how_many, may_be_ahead
 from i2pdsl.worlds.world import World
 
@@ -23,7 +25,10 @@ class Frame(NamedTuple):
         log_previous, log_belief: log P(H | script[:t-1]) and log P(H | script[:t]), [..., O, H].
         log_expecting: log P(H) just before each observation, [..., U, O, H].
         log_rows: log P(observation | H) of each, [..., U, O, H].
-        regrets: max_a log P(a | H) less the log_rows, [..., U, O, H]; 0 where nobody asks.
+        regret: how odd what was observed is to each viewer once he saw it, in nats: the sum of
+            E[max_a log P(a | H) - log P(observed | H)] over what was observed, where everybody is
+            rational: [..., O]; 0 where nobody asks.
+        shares: the beliefs as probabilities, where they are held so (search/rollout.py).
     """
 
     number: Array
@@ -34,7 +39,8 @@ class Frame(NamedTuple):
     log_belief: Array
     log_expecting: Array
     log_rows: Array
-    regrets: Array
+    regret: Array
+    shares: Shares | None = None
 
     @property
     def log_afterwards(self) -> Array:
@@ -44,18 +50,74 @@ class Frame(NamedTuple):
             [self.log_expecting[..., 1:, :, :], self.log_belief[..., None, :, :]], axis=-3
         )
 
+    def at(self, index: Any) -> Frame:
+        """Some of several frames: `index` is of their leading axes."""
+        return self.each(lambda part: part[index])
+
+    @property
+    def belief(self) -> Belief:
+        """What viewers believe after it."""
+        return Belief(self.log_belief, None if self.shares is None else self.shares.belief)
+
+    def each(self, change: Callable[..., Array], *others: Frame) -> Frame:
+        """The frame with each of its arrays changed, given the same ones of others."""
+        parts = zip(self[:-1], *(other[:-1] for other in others), strict=True)
+        held = [frame.shares for frame in (self, *others) if frame.shares is not None]
+        changed: Any = [change(*part) for part in parts]
+        shares = [change(*part) for part in zip(*held, strict=True)]
+        return Frame(*changed)._replace(shares=Shares(*shares) if shares else None)
+
     def of(self, viewers: ty.Viewers | None) -> Frame:
         """The frame as some of the observers see it; as all of them without."""
         if viewers is None:
             return self
         some = slice(*viewers)
+        shares = self.shares
         return self._replace(
             log_previous=self.log_previous[..., some, :],
             log_belief=self.log_belief[..., some, :],
             log_expecting=self.log_expecting[..., some, :],
             log_rows=self.log_rows[..., some, :],
-            regrets=self.regrets[..., some, :],
+            regret=self.regret[..., some],
+            shares=None if shares is None else Shares(*(part[..., some, :] for part in shares)),
         )
+
+
+class Shares(NamedTuple):
+    """P(H) as `log_previous`, `log_belief` and `log_expecting` of a frame are its logarithms."""
+
+    previous: Array
+    belief: Array
+    expecting: Array
+
+
+class Belief(NamedTuple):
+    """log P(H), [..., O, H]; and P(H), where it is held so."""
+
+    log: Array
+    share: Array | None = None
+
+    def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
+        """Once an action was observed; see filter.update."""
+        if self.share is None:
+            return Belief(update(self.log, row, forgetting, switching))
+        share = updated_share(self.share, row, forgetting)
+        return Belief(share.__array_namespace__().log(share), share)
+
+    def regret(self, world: World, regret: Array) -> Array:
+        """What is expected of max_a log P(a | H) - log P(observed | H), once that was observed and
+        where everybody is rational, [..., O]."""
+        rational = self.log.__array_namespace__().asarray(default_assumption(world.vocabulary))
+        return each_expects(self.log, regret, rational, self.share)
+
+    def where(self, seen: Array, other: Belief) -> Belief:
+        """The belief where something was seen, else the other."""
+        return self.map(lambda mine, its: mine.__array_namespace__().where(seen, mine, its), other)
+
+    def map(self, change: Callable[..., Array], *others: Belief) -> Belief:
+        """The belief with its arrays changed, given those of others."""
+        parts = zip(self, *others, strict=True)
+        return Belief(*(None if part[0] is None else change(*part) for part in parts))
 
 
 def observe(
@@ -64,15 +126,16 @@ def observe(
     number: Array,
     state: Array,
     action: Array,
-    belief: Array,
+    log_belief: Array,
     rows: tuple[Array, ...] | None = None,
+    share: Array | None = None,
 ) -> Frame:
     """The frame that an action makes from a state and a belief: the audience's one step.
 
     `rows` are the log-likelihoods of the observed actions of an appended turn, if they are known
-    already: its regrets count for nothing.
+    already: its regrets count for nothing. `share` is the belief, where it is held so.
     """
-    xp = belief.__array_namespace__()
+    xp = log_belief.__array_namespace__()
     best: tuple[Array, ...] = ()
     if rows:
         after = world.transition(tables, state, action)
@@ -80,22 +143,33 @@ def observe(
         after, rows = world.outcome(tables, state, action)
         best = world.best_rows(tables, state, action, after)
     seen = world.is_observed(action)[..., None, None]
-    expecting, current = [], belief
-    for row, switching in zip(rows, world.switching(tables), strict=True):
-        expecting.append(current)
-        updated = update(current, row, world.forgetting(tables), switching)
-        current = xp.where(seen, updated, current)
+    belief, expecting = Belief(log_belief, share), []
+    regret = xp.zeros(log_belief.shape[:-1], log_belief.dtype)
+    for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
+        expecting.append(belief)
+        belief = belief.after(row, world.forgetting(tables), switching).where(seen, belief)
+        if best:
+            regret = regret + belief.regret(world, best[u] - row)
     return Frame(
         number,
         state,
         action,
         after,
-        belief,
-        current,
-        xp.stack(expecting, axis=-3),
+        log_belief,
+        belief.log,
+        xp.stack([each.log for each in expecting], axis=-3),
         xp.stack(rows, axis=-3),
-        xp.stack([top - row for top, row in zip(best or rows, rows, strict=True)], axis=-3),
+        regret,
+        shares_of(Belief(log_belief, share), belief, expecting),
     )
+
+
+def shares_of(previous: Belief, belief: Belief, expecting: Sequence[Belief]) -> Shares | None:
+    """The beliefs of a frame as probabilities, where they are held so."""
+    if previous.share is None or belief.share is None:
+        return None
+    xp = belief.share.__array_namespace__()
+    return Shares(previous.share, belief.share, xp.stack([b.share for b in expecting], axis=-3))
 
 
 @dataclass(frozen=True)
@@ -103,29 +177,34 @@ class View:
     """A moment as a form sees it.
 
     `exists` is True where it always does; else an array, and what does not exist counts 0.
-    Prefix forms read `log_belief` and `state`; frame forms read the whole `frame`.
+    Prefix forms read the belief (`share`: as probabilities, where it is held so) and `state`;
+    frame forms read the whole `frame`.
     """
 
     log_belief: Array
     state: Array
     frame: Frame | None
     exists: Array | bool = True
+    share: Array | None = None
 
     def of(self, viewers: ty.Viewers | None) -> View:
         """The moment as some of the observers see it; as all of them without."""
         if viewers is None:
             return self
         belief = self.log_belief[..., slice(*viewers), :]
+        share = None if self.share is None else self.share[..., slice(*viewers), :]
         frame = None if self.frame is None else self.frame.of(viewers)
-        return View(belief, self.state, frame, self.exists)
+        return View(belief, self.state, frame, self.exists, share)
 
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    belief = frame.log_belief
+    belief, shares = frame.log_belief, frame.shares
+    share = None if shares is None else shares.belief
     if moment.seen is not None:
         belief = frame.log_expecting[..., moment.seen, :, :]
-    return View(belief, frame.state, frame, exists)
+        share = None if shares is None else shares.expecting[..., moment.seen, :, :]
+    return View(belief, frame.state, frame, exists, share)
 
 
 class StepScope:
@@ -149,7 +228,8 @@ class StepScope:
         if moment.offset == 0:
             return view_after(frame, moment)
         if moment.offset == -1:
-            return View(frame.log_previous, frame.before, None)
+            share = None if frame.shares is None else frame.shares.previous
+            return View(frame.log_previous, frame.before, None, True, share)
         return prior_view(self, state=self.first_state)
 
 
@@ -249,7 +329,7 @@ class HistoryScope:
     def view(self, moment: ty.Moment) -> View:
         frames, _ = self.histories[moment.turns]
         number, exists = self._place(moment)
-        return view_after(Frame(*(part[number] for part in frames)), moment, exists)
+        return view_after(frames.at(number), moment, exists)
 
     def hindsight(self, moment: ty.Moment, given: ty.Moment) -> View:
         """A frame as those see it in hindsight who have seen the script up to `given`."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.frame import Frame, View, prior_view
+from i2pdsl.objective.frame import Frame, Shares, View, prior_view
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -30,23 +30,29 @@ class HeldScope:
         self.first_state, self.t = first_state, times
         self.count = times
         self.xp = last.log_belief.__array_namespace__()
-        self.frame = Frame(*(part[None] for part in still(world, last)))
+        self.frame = still(world, last).at(None)
 
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        return View(self.frame.log_belief, self.frame.state, self.frame)
+        shares = self.frame.shares
+        share = None if shares is None else shares.belief
+        return View(self.frame.log_belief, self.frame.state, self.frame, True, share)
 
 
 def still(world: World, last: Frame) -> Frame:
     """A frame after another in which nothing happens, as in an event without effect."""
+    shares = last.shares
     return last._replace(
         before=last.state,
         action=last.action * 0 + world.turn_count,
         log_previous=last.log_belief,
         log_expecting=last.log_expecting * 0 + last.log_belief[None],
         log_rows=last.log_rows * 0,
-        regrets=last.regrets * 0,
+        regret=last.regret * 0,
+        shares=None
+        if shares is None
+        else Shares(shares.belief, shares.belief, shares.expecting * 0 + shares.belief[None]),
     )
 
 
@@ -61,4 +67,4 @@ def held_history(world: World, frames: Frame, last: Frame) -> Frame:
         shape = (-1, *(1,) * (old.ndim - 1))
         return xp.where(after.reshape(shape), new, old)
 
-    return Frame(*(part(old, new) for old, new in zip(frames, hold, strict=True)))
+    return frames.each(part, hold)

@@ -46,13 +46,13 @@ class ScriptsScope:
         frames, possible = self.histories[moment.turns]
         index, safe = self._place(moment)
         if not np.array_equal(safe, np.arange(possible.shape[1])):
-            frames, possible = Frame(*(part[:, safe] for part in frames)), possible[:, safe]
+            frames, possible = frames.at(np.s_[:, safe]), possible[:, safe]
         return view_after(frames, moment, (index == safe) & possible)
 
     def hindsight(self, moment: ty.Moment, given: ty.Moment) -> View:
         """See frame.HistoryScope."""
         turns = max(moment.turns, given.turns, key=len)
-        frames = Frame(*(np.moveaxis(part, 1, 0) for part in self.histories[turns][0]))
+        frames = self.histories[turns][0].each(lambda part: np.moveaxis(part, 1, 0))
         (_, at), (_, last) = self._place(moment), self._place(given)
         exists = self.view(moment).exists & self.view(given).exists
         believed = np.moveaxis(self.view(given).log_belief, 1, 0)
@@ -79,15 +79,17 @@ def histories(world: World, frames: Frame, expression: ty.Typed) -> Histories:
     bool [N, T + 1 + turns]."""
     shape = frames.number.shape
     found: Histories = {(): (frames, np.ones(shape, dtype=bool))}
-    last = Frame(*(part[:, -1] for part in frames))
+    last = frames.at(np.s_[:, -1])
     for node in ty.walk(expression):
         if isinstance(node, ty.Moment) and node.turns not in found:
             suffix = append_turns(world, world.tables, node.turns, last)
-            parts = zip(frames, *(frame for frame, _ in suffix), strict=True)
-            longer = (np.concatenate([p, *(m[:, None] for m in more)], 1) for p, *more in parts)
+            longer = frames.each(
+                lambda part, *more: np.concatenate([part, *(m[:, None] for m in more)], axis=1),
+                *(frame for frame, _ in suffix),
+            )
             can = [np.broadcast_to(possible, shape[:1])[:, None] for _, possible in suffix]
             found[node.turns] = (
-                Frame(*longer),
+                longer,
                 np.concatenate([np.ones(shape, dtype=bool), *can], axis=1),
             )
     return found

@@ -38,6 +38,11 @@ class Asked(NamedTuple):
         return self.views[0].log_belief
 
     @property
+    def share(self) -> Array | None:
+        """The same as probabilities, where it is held so."""
+        return self.views[0].share
+
+    @property
     def forgetting(self) -> Array:
         """Of those who are asked, [O] or [O, H]."""
         every = self.world.forgetting(self.tables)
@@ -98,17 +103,17 @@ def _next(asked: Asked) -> Array:
 
 
 NUMBERS: dict[str, Callable[[Asked], Array]] = {
-    "P": lambda a: queries.probability(a.log_belief, a.about, a.mask),
-    "E": lambda a: queries.expectation(a.log_belief, a.about, a.mask),
+    "P": lambda a: queries.probability(a.log_belief, a.about, a.mask, a.share),
+    "E": lambda a: queries.expectation(a.log_belief, a.about, a.mask, a.share),
     "KL": lambda a: queries.divergence(a.log_belief, a.views[1].log_belief, a.about, a.mask),
-    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask),
+    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask, a.share),
     "surprise": _surprise,
     "suspense": _suspense,
 }
 """The forms that are numbers: the observers' mean, [...]."""
 
 TABLES: dict[str, Callable[[Asked], Array]] = {
-    "P": lambda a: queries.marginal(a.log_belief, a.about, a.mask).mean(-2),
+    "P": lambda a: queries.marginal(a.log_belief, a.about, a.mask, a.share).mean(-2),
     "next": _next,
 }
 """The forms that are tables, with a last axis of values."""

@@ -9,7 +9,7 @@ import numpy as np
 from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.frame import Belief, Frame
 from i2pdsl.worlds.world import World
 
 History = tuple[Frame, Any]
@@ -28,7 +28,7 @@ def replay(
         rows: the world's `log_rows` of them, if they are known already.
     """
     known = None if rows is None else tuple(row[None] for row in rows)
-    return Frame(*(part[0] for part in replay_all(world, states[None], actions[None], known)))
+    return replay_all(world, states[None], actions[None], known).at(0)
 
 
 def replay_all(
@@ -36,14 +36,14 @@ def replay_all(
     states: np.ndarray,
     actions: np.ndarray,
     rows: tuple[np.ndarray, ...] | None = None,
-    regrets: bool = True,
+    regret: bool = True,
 ) -> Frame:
     """All frames of N scripts of one length, [N, T + 1, ...]; see `replay`.
 
     Args:
         states: [N, T + 1, ...], actions: [N, T, ...].
         rows: [N, T, O, H] each.
-        regrets: whether anybody asks for them.
+        regret: whether anybody asks for it.
     """
     tables = world.tables
     count, length = actions.shape[:2]
@@ -53,7 +53,7 @@ def replay_all(
         flat = (_side_by_side(part) for part in (before, actions, after))
         seen_there = (tables, *flat)
         apart = lambda row: row.reshape(count, length, *row.shape[1:])
-        if rows is None and regrets:
+        if rows is None and regret:
             best = tuple(map(apart, world.best_rows(*seen_there)))
         rows = rows or tuple(map(apart, world.log_rows(*seen_there)))
     elif rows is None:  # nothing has happened yet, but what is observed has its shape
@@ -75,9 +75,9 @@ def replay_all(
         beliefs.append(belief)
         expecting.append(np.stack(earlier, axis=1))
     likelihoods = np.stack(rows, axis=2)
-    less = np.stack(best, axis=2) - likelihoods if best else likelihoods * 0
     nothing = np.zeros((count, 1, *likelihoods.shape[2:]))
-    return Frame(
+    odd = np.zeros((count, length + 1, *prior.shape[:-1]))
+    frames = Frame(
         number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
         before=np.concatenate([states[:, :1], before], axis=1),
         action=np.concatenate([world.no_action(states[:, :1]), actions], axis=1),
@@ -86,8 +86,12 @@ def replay_all(
         log_belief=np.stack(beliefs, axis=1),
         log_expecting=np.stack(expecting, axis=1),
         log_rows=np.concatenate([nothing, likelihoods], axis=1),
-        regrets=np.concatenate([nothing, less], axis=1),
+        regret=odd,
     )
+    if best:
+        seen_by = Belief(frames.log_afterwards[:, 1:])
+        odd[:, 1:] = seen_by.regret(world, np.stack(best, axis=2) - likelihoods).sum(2)
+    return frames
 
 
 def _side_by_side(part: np.ndarray) -> np.ndarray:
@@ -101,7 +105,7 @@ def histories(
     """The script's history, and those of all scripts that an expression appends turns to."""
     xp = frames.log_belief.__array_namespace__()
     found: dict[tuple[ty.Turn, ...], History] = {(): (frames, xp.ones(len(frames.state), bool))}
-    last = Frame(*(part[-1] for part in frames))
+    last = frames.at(-1)
     for node in ty.walk(expression):
         if isinstance(node, ty.Moment) and node.turns not in found:
             suffix = append_turns(world, tables, node.turns, last)

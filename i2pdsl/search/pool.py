@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame
-from i2pdsl.search.rollout import Node, children, scores
+from i2pdsl.search.rollout import Node, children, follow, scores
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -60,7 +60,8 @@ def grown(
     places = jnp.arange(pool.state.shape[0])
     offspring = max(OFFSPRING, IN_ALL_FRAMES // frames)
     expand = jax.vmap(partial(_expand, world, objective, events, tables, params, rule.ahead))
-    step = jax.vmap(partial(objective.step, tables, params))
+    # A frame seen anew costs less than to keep what was seen in all children.
+    step = jax.vmap(lambda node, action: follow(world, objective, tables, params, node, action)[0])
 
     def turn(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
         children, values = expand(pool)  # [M, K, ...], [M, K]
@@ -73,11 +74,10 @@ def grown(
             lambda: (places, jnp.argmax(values, axis=1).astype(places.dtype)),
             lambda: _chosen(objective.keeps_history, offspring, pool, children, values, rule),
         )
-        chosen = jax.tree.map(lambda x: x[parent, child], children)
-        carry = jax.tree.map(lambda x: x[parent], pool.carry)
+        action = children.action[parent, child]
+        pool = step(jax.tree.map(lambda x: x[parent], pool), action)
         worth = jnp.where(parent < 0, -jnp.inf, values[parent, child])
-        pool = Node(chosen.number, chosen.state, chosen.log_belief, step(carry, chosen), worth)
-        return pool, (parent, chosen.action)
+        return pool._replace(score=worth), (parent, action)
 
     def turn_or_none(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
         none = (pool, (places, jnp.zeros(places.shape, jnp.int32)))
@@ -155,7 +155,8 @@ def _repeated(
     Two prefixes repeat each other if they have the same state, belief, score and sums: all that
     could follow one can follow the other. Equal scores stand side by side.
     """
-    belief = jnp.maximum(frames.log_belief[parent, child], -40.0).reshape(len(parent), -1)
+    held = jnp.maximum(frames.log_belief, -40.0) if frames.shares is None else frames.shares.belief
+    belief = held[parent, child].reshape(len(parent), -1)
     # One number for a belief: weights without structure tell different ones apart.
     weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898)
     carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:3])]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -10,9 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from i2pdsl.audience.filter import update
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.frame import Belief, Frame, observe, shares_of
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World, single_precision
@@ -25,15 +23,18 @@ class Node(NamedTuple):
 
     number: Array
     state: Array
-    log_belief: Array
+    belief: Belief
     carry: Any
     score: Array
 
 
 def root(world: World, objective: Objective, tables: Any, params: Any, state: Array) -> Node:
     """The node of an empty script."""
-    belief = world.log_prior(tables)
-    zero = jnp.zeros((), belief.dtype)
+    prior = world.log_prior(tables)
+    # A history of frames would double with them.
+    share = jnp.exp(prior) if world.keeps_doubt and not objective.keeps_history else None
+    belief = Belief(prior, share)
+    zero = jnp.zeros((), prior.dtype)
     carry = objective.init(tables, params, state)
     none = jnp.zeros((), jnp.int32) if params.before is None else params.before
     return Node(none, state, belief, carry, zero)
@@ -45,49 +46,54 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     K = all joint turns, then every cell for each allowed event (a number of `world.events`).
     """
     turns = world.turns(tables, node.state)
-    observers = node.log_belief.shape
+    observers = node.belief.log.shape
     full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
     flat = (turns.state.shape[-1], *observers)
-    belief = node.log_belief[None, None]
-    expecting, rows, regrets = [], [], []
+    whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
+    belief = node.belief.map(lambda part: part[None, None])
+    expecting, rows = [], []
+    regret = jnp.zeros(full[:-1], belief.log.dtype)
     changes = world.switching(tables)
     for who, row in enumerate(turns.log_rows):
-        expecting.append(jnp.broadcast_to(belief, full).reshape(flat))
-        rows.append(jnp.broadcast_to(row, full).reshape(flat))
-        regret = row.max(axis=who - 4, keepdims=True) - row  # all actions are among the branches
-        regrets.append(jnp.broadcast_to(regret, full).reshape(flat))
-        belief = update(belief, row, world.forgetting(tables), changes[who])
+        expecting.append(belief.map(whole))
+        rows.append(whole(row))
+        belief = belief.after(row, world.forgetting(tables), changes[who])
+        best = row.max(axis=who - 4, keepdims=True)  # all actions are among the branches
+        regret += belief.regret(world, best - row)
     count = flat[0]
+    previous, after = expecting[0], belief.map(whole)
     frame = Frame(
         jnp.full((count,), node.number + 1),
         jnp.full((count,), node.state),
         jnp.arange(count, dtype=jnp.int32),
         turns.state,
-        jnp.broadcast_to(node.log_belief, flat),
-        jnp.broadcast_to(belief, full).reshape(flat),
-        jnp.stack(expecting, axis=1),
+        previous.log,
+        after.log,
+        jnp.stack([each.log for each in expecting], axis=1),
         jnp.stack(rows, axis=1),
-        jnp.stack(regrets, axis=1),
+        regret.reshape(flat[:-1]),
+        shares_of(previous, after, expecting),
     )
     if not events:
         return frame, turns.valid
     fallen, possible = world.drops(tables, node.state)
     slots = world.event_slots
     number = jnp.concatenate([jnp.arange(e * slots, (e + 1) * slots) for e in events])
-    still = jnp.broadcast_to(node.log_belief, (len(number), *observers))
-    rows_ = jnp.zeros((len(number), len(rows), *observers), node.log_belief.dtype)
+    still = node.belief.map(lambda part: jnp.broadcast_to(part, (len(number), *observers)))
+    rows_ = jnp.zeros((len(number), len(rows), *observers), still.log.dtype)
     dropped = Frame(
         jnp.full((len(number),), node.number + 1),
         jnp.full((len(number),), node.state),
         (world.turn_count + number).astype(jnp.int32),
         fallen[number],
-        still,
-        still,
-        jnp.broadcast_to(node.log_belief, rows_.shape),
+        still.log,
+        still.log,
+        jnp.broadcast_to(node.belief.log, rows_.shape),
         rows_,
-        rows_,
+        jnp.zeros(rows_.shape[::2], rows_.dtype),
+        shares_of(still, still, [still] * len(rows)),
     )
-    joined = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), frame, dropped)
+    joined = frame.each(lambda a, b: jnp.concatenate([a, b]), dropped)
     return joined, jnp.concatenate([turns.valid, possible[number]])
 
 
@@ -106,11 +112,9 @@ def scores(
         ahead: whether a prefix is worth what it promises (fold.py) rather than its own objective.
     """
 
-    def worth(value: Callable[..., Array]) -> Array:
-        step = lambda frame: objective.step(tables, params, node.carry, frame)
-        return jax.vmap(lambda frame: value(tables, params, step(frame), frame))(frames)
-
-    value = jax.lax.cond(ahead, lambda: worth(objective.promise), lambda: worth(objective.score))
+    carry = jax.vmap(partial(objective.step, tables, params, node.carry))(frames)
+    worth = lambda value: lambda: jax.vmap(partial(value, tables, params))(carry, frames)
+    value = jax.lax.cond(ahead, worth(objective.promise), worth(objective.score))
     alive = real & jnp.isfinite(value) & (node.score > -jnp.inf)
     return jnp.where(alive, value, -jnp.inf)
 
@@ -119,9 +123,10 @@ def follow(
     world: World, objective: Objective, tables: Any, params: Any, node: Node, action: Array
 ) -> tuple[Node, Frame]:
     """One frame further: the audience sees it, the objective's fold takes it in."""
-    frame = observe(world, tables, node.number + 1, node.state, action, node.log_belief)
+    given = (node.number + 1, node.state, action, node.belief.log)
+    frame = observe(world, tables, *given, share=node.belief.share)
     carry = objective.step(tables, params, node.carry, frame)
-    return Node(frame.number, frame.state, frame.log_belief, carry, node.score), frame
+    return Node(frame.number, frame.state, frame.belief, carry, node.score), frame
 
 
 def retraced(

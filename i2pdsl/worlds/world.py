@@ -104,6 +104,11 @@ class World(Protocol):
         """How the goal of who is observed changes, for each observation of a frame; None where
         nobody's does."""
 
+    @property
+    def keeps_doubt(self) -> bool:
+        """Whether viewers forget so much after each action that nothing they think possible gets
+        too improbable for single precision: beliefs may then be held as probabilities."""
+
     def all_states(self, tables: Tables) -> Array:
         """Every state, [S]."""
 
@@ -294,7 +299,7 @@ class ContinuousWorld:
     spec: Any
     tables: Any
     weak_chances: tuple[float, ...] = ()
-    rows_are_scaled = False
+    rows_are_scaled = keeps_doubt = False
     turn_count = event_slots = 0
 
     @property

@@ -2,54 +2,15 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from browser_for_tests import chromium  # noqa: F401
-from worlds_for_tests import with_small_world
+from studio_for_tests import BRIEF, Served, fill
 
-HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
-SEARCH = "search beam(starts = 30, polish = 0)\n"
-BRIEF = HELP + SEARCH  # what is solved in no time
 NARROW = 46  # rem: what is a phone
-
-
-@dataclass
-class Served:
-    """`i2p studio` at work on a folder."""
-
-    folder: Path
-    port: str = ""
-    address: str = ""
-    process: Any = field(default=None, repr=False)
-
-    def start(self) -> None:
-        """Starts it, at the port that it had."""
-        ports = ["--port", self.port] if self.port else []
-        command = [sys.executable, "-m", "i2pdsl", "studio", str(self.folder), "--no-browser"]
-        self.process = subprocess.Popen(
-            [*command, *ports], stdout=subprocess.PIPE, text=True, env=dict(os.environ)
-        )
-        self.address = self.process.stdout.readline().strip()
-        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#\S+", self.address)
-        assert found is not None, self.address
-        self.port = found[1]
-
-    def kill(self) -> None:
-        """Ends it at once, in the middle of whatever it does."""
-        if self.process is not None:
-            self.process.kill()
-            self.process.wait()
-            self.process.stdout.close()
-        self.process = None
 
 
 class Desk:
@@ -119,12 +80,6 @@ class Desk:
         for way in ways:
             self.page.mouse.move(*way, steps=5)
         self.page.mouse.up()
-
-
-def fill(folder: Path) -> Path:
-    with_small_world(folder)
-    (folder / "help.story").write_text(HELP, encoding="utf-8")
-    return folder
 
 
 @pytest.fixture(scope="module")

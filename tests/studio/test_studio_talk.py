@@ -15,10 +15,9 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from talking import Refused, Talk
 
 import i2pdsl
-from conftest import HELP, Served, fill
+from studio_for_tests import HELP, Refused, Served, Talk, fill
 
 CAT = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle r="4"/></svg>'
 

@@ -37,6 +37,8 @@ class Tables(NamedTuple):
         switching: how each character's goal changes after its actions; empty if none does.
         layer []: S, where there is a horizon; else None.
         against: what each character expects of the other who acts together with it; else None.
+        policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
+            the values whenever it is asked for.
     """
 
     cells: Array
@@ -58,6 +60,7 @@ class Tables(NamedTuple):
     switching: tuple[Switching, ...] = ()
     layer: Array | None = None
     against: tuple[Against, ...] | None = None
+    policies: tuple[Array, ...] | None = None
 
 
 class Against(NamedTuple):

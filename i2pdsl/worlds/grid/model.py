@@ -110,6 +110,8 @@ def _joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
 
 def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
+    if tables.policies is not None:
+        return tables.policies[who][state]
     xp = namespace(tables.cells)
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)

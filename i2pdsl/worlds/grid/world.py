@@ -39,6 +39,12 @@ from i2pdsl.worlds.world import (
 
 Array = Any
 
+MOST_POLICY_BYTES = 600 * 2**20
+POLICIES_AT_ONCE = 2048  # states: all sizes of tables are multiples of it (arrays.padded)
+FEW_POLICIES = 10**7  # numbers that are there sooner if a slower program makes them
+
+LEAST_DOUBT = 1e-9  # forgotten after each action: in single precision far from 0 for all hypotheses
+
 
 @dataclass(frozen=True)
 class GridWorld:
@@ -81,11 +87,11 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        return on_device(padded(self.tables))
+        return with_policies(on_device(padded(self.tables)))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
-        return (self.moves, cells)
+        return (self.moves, cells, self.keeps_doubt)
 
     def log_prior(self, tables: Tables) -> Array:
         return tables.log_prior
@@ -95,6 +101,14 @@ class GridWorld:
 
     def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
         return tables.switching or (None,) * len(self.moves.weak)
+
+    @property
+    def keeps_doubt(self) -> bool:
+        possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
+        each = np.broadcast_to(
+            forgetting if forgetting.ndim == 2 else forgetting[:, None], possible.shape
+        )
+        return not self.tables.switching and bool((each[possible] >= LEAST_DOUBT).all())
 
     def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
@@ -256,6 +270,32 @@ class GridWorld:
         if not given:
             return np.arange(len(cells))
         return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
+
+
+def with_policies(tables: Tables) -> Tables:
+    """The tables of a search with all policies, which it looks up far more often than there are
+    states; as they are where that takes too much memory."""
+    from i2pdsl.programs import compiled_program
+
+    states = len(tables.continuation[0])
+    sizes = [
+        len(after) * column.size
+        for after, column in zip(tables.successor, tables.columns, strict=True)
+    ]
+    if 4 * states * sum(sizes) > MOST_POLICY_BYTES:
+        return tables
+
+    def tabulated(tables: Tables) -> tuple[Array, ...]:
+        import jax
+
+        every = jax.numpy.arange(states, dtype=np.int32).reshape(-1, POLICIES_AT_ONCE)
+        some = lambda who: lambda state: model.log_policy(tables, who, state)
+        found = (jax.lax.map(some(who), every) for who in range(len(sizes)))
+        return tuple(table.reshape(states, *table.shape[2:]) for table in found)
+
+    brief = states * sum(sizes) < FEW_POLICIES
+    program = compiled_program(("policies",), tabulated, (tables,), (0,) * len(sizes), brief=brief)
+    return tables._replace(policies=program.run(tables))
 
 
 def build_world(
