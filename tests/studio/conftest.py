@@ -10,8 +10,6 @@ import pytest
 from browser_for_tests import chromium  # noqa: F401
 from studio_for_tests import BRIEF, Served, fill
 
-NARROW = 46  # rem: what is a phone
-
 
 class Desk:
     """A page of the studio, as its user sees it."""

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from render.test_page import CONTRAST
-from studio.conftest import BRIEF, SEARCH, Desk, Served
+from studio.conftest import Desk
+from studio_for_tests import BRIEF, SEARCH, Served
 
 pytestmark = pytest.mark.browser
 

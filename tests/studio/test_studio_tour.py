@@ -20,7 +20,8 @@ if __name__ == "__main__":
     sys.path[:0] = [str(ROOT / "tests")]
 
 from browser_for_tests import CHROMIUM, FLAGS  # noqa: E402
-from studio.conftest import Desk, Served  # noqa: E402
+from studio.conftest import Desk  # noqa: E402
+from studio_for_tests import Served  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures" / "studio"
 NAMES = ("desk", "drag", "pinned", "curve", "others", "wishes", "why", "patterns", "world", "phone")
