@@ -120,6 +120,36 @@ class Studio {
   }
 
   async #connected() {
+    this.#ready = null;
+    const told = await this.request("i2p/studio");
+    if (!told) return;
+    this.folder = told.folder;
+    this.formats = told.formats;
+    this.notice(null, "lost");
+    if (this.files.path !== null) {
+      await this.ready();
+      this.text.announce();
+      await this.files.again();
+      this.#tellState();
+      return;
+    }
+    const path = history.state?.path ?? sessionStorage.getItem("i2p-open") ?? told.start;
+    if (
+      !(path && (await this.files.open(path))) &&
+      !(told.start && (await this.files.open(told.start)))
+    ) {
+      await this.files.gallery();
+    }
+    this.ready();
+  }
+
+  #ready = null;
+
+  /** Resolves when the language server is there. It takes a moment to come: what needs it not, such
+   * as the text itself, is asked for before. */
+  ready = () => (this.#ready ??= this.#initialized());
+
+  async #initialized() {
     await this.request("initialize", {
       processId: null,
       rootUri: null,
@@ -135,24 +165,6 @@ class Studio {
       },
     });
     this.rpc.notify("initialized");
-    const told = await this.request("i2p/studio");
-    if (!told) return;
-    this.folder = told.folder;
-    this.formats = told.formats;
-    this.notice(null, "lost");
-    if (this.files.path !== null) {
-      this.text.announce();
-      await this.files.again();
-      this.#tellState();
-      return;
-    }
-    const path = history.state?.path ?? sessionStorage.getItem("i2p-open") ?? told.start;
-    if (
-      !(path && (await this.files.open(path))) &&
-      !(told.start && (await this.files.open(told.start)))
-    ) {
-      this.files.gallery();
-    }
   }
 
   #lost() {
@@ -265,11 +277,10 @@ class Studio {
     this.stage.show(film);
   }
 
+  /** Writes a film's script beside its story. */
   async keep(film) {
     const path = this.files.path.replace(/\.story$/, ".script.json");
-    const name = prompt("Keep this film’s script as", path);
-    if (!name) return;
-    const reply = await this.request("i2p/keep", { film: film.id, path: name });
+    const reply = await this.request("i2p/keep", { film: film.id, path });
     if (reply) this.tell(`Kept as ${reply.path}.`);
   }
 
