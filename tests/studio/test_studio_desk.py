@@ -217,6 +217,21 @@ def test_patterns_are_found_by_words_and_wished_for(desk: Any) -> None:
     shown.says(f"^{re.escape(BRIEF)}$")
 
 
+def test_beats_change_places_and_any_expression_is_drawn_over(desk: Any) -> None:
+    shown: Desk = desk()
+    beats = ("depict(rho > 0)", "depict(rho < 0)")
+    shown.write(f"world small\nlength 6\nmaximize beats({', '.join(beats)})\n{SEARCH}")
+    shown.solved()
+    shown.page.get_by_role("button", name=re.compile("Beat 1")).press("ArrowRight")
+    shown.says(re.escape(f"beats({', '.join(beats[::-1])})"))
+    card = shown.page.locator(".arc")
+    card.locator("select").select_option(label="an expression …")
+    card.get_by_label("Expression to draw").fill("P(rho > 0 | script[:t]) / 2")
+    card.get_by_label("Expression to draw").press("Enter")
+    shown.page.wait_for_function("document.querySelector('.arc .measured').getAttribute('d')")
+    assert max(float(v) for v in curve(card)) <= 0.5
+
+
 def test_films_are_exported(desk: Any) -> None:
     shown: Desk = desk()
     shown.page.get_by_role("button", name="Export").click()

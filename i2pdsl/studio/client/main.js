@@ -192,6 +192,8 @@ class Studio {
   async solve() {
     const { uri, version } = this.text;
     if (uri === null) return;
+    this.#progress = "making the film …";
+    this.#tellState();
     try {
       await this.rpc.request("i2p/solve", { uri, version, seed: 0, effort: 1 });
     } catch (refused) {
@@ -340,7 +342,9 @@ class Studio {
     $("state").textContent = parts.join(" · ");
     $("state").dataset.kind =
       !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
-    if (this.stage) this.stage.setStale(this.#wrong);
+    this.stage.empty.textContent =
+      this.#progress && !this.#wrong ? "The film is being made …" : "The film comes here.";
+    this.stage.setStale(this.#wrong);
     if (film) {
       const panel = film.panel ? ` · panel ${figure(film.panel.mean)}` : "";
       this.stage.mark.textContent = `score ${figure(film.score)}${panel}`;
