@@ -41,7 +41,7 @@ def tour(served: Served, browser: Any, save: Callable[[str, bytes], None]) -> No
 
     shown = opened("betrayal.story", viewport={"width": 1280, "height": 800})
     page = shown.page
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     shown.seek(9)
     taken("desk")
 
@@ -70,12 +70,12 @@ def tour(served: Served, browser: Any, save: Callable[[str, bytes], None]) -> No
     shown.drag(at(0, 0.4), at(0.4, 0.95), at(0.55, 0.9), at(0.8, 0.08), at(1, 0.05))
     shown.says("points")
     shown.solved()
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     taken("curve", "#curves .arc")
 
     shown = opened("betrayal.story", viewport={"width": 1280, "height": 1000})
     page = shown.page
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     page.get_by_role("tab", name="Others").click()
     page.locator("#others .wall li").nth(5).wait_for()
     taken("others", ".side")

@@ -24,6 +24,7 @@ class Studio {
   plays = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   #chosen = null; // the version whose film was chosen by hand
   #progress = "";
+  #shown = null; // the version whose film is on the stage
   #wrong = false;
   #calm = ""; // what is said of a world
 
@@ -230,7 +231,11 @@ class Studio {
     });
     rpc.on("i2p/film", (told) => {
       if (!this.#isPresent(told) || this.#chosen === told.version) return;
-      this.stage.show(told.film).then(() => ($("desk").dataset.film = told.version));
+      this.stage.show(told.film).then(() => {
+        this.#shown = told.version;
+        $("desk").dataset.film = told.version;
+        this.#tellState();
+      });
     });
     this.text.onDiagnostics = (found) => {
       const mistake = found.find(({ severity }) => severity === "error");
@@ -321,6 +326,11 @@ class Studio {
 
   // ------------------------------------------------------------------ what is told
 
+  /** Whether there is a film of the present text, and not only a first one. */
+  get #isKnown() {
+    return this.#shown === this.text.version && this.film?.quality !== "preview";
+  }
+
   dirty() {
     const isDirty = this.files?.isDirty ?? false;
     $("save").disabled = !isDirty;
@@ -334,14 +344,19 @@ class Studio {
     const parts = [];
     if (!this.rpc.isOpen) parts.push("away");
     else if (this.#wrong) parts.push(this.said || "the text has a mistake");
-    else if (this.#progress) parts.push(this.#progress);
-    else if (film) {
+    else if (this.#isKnown || (film && !this.#progress)) {
       parts.push(film.quality === "preview" ? "a first film" : "ready");
       if (film.unmet?.length) parts.push(`${film.unmet.length} not met`);
-    } else if (this.#calm) parts.push(this.#calm);
+      if (this.#progress) parts.push("a better one is looked for …");
+    } else if (this.#progress) parts.push(this.#progress);
+    else if (this.#calm) parts.push(this.#calm);
     $("state").textContent = parts.join(" · ");
     $("state").dataset.kind =
-      !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
+      !this.rpc.isOpen || this.#wrong
+        ? "wrong"
+        : this.#progress && !this.#isKnown
+          ? "busy"
+          : "calm";
     this.stage.empty.textContent =
       this.#progress && !this.#wrong ? "The film is being made …" : "The film comes here.";
     this.stage.setStale(this.#wrong);
