@@ -228,7 +228,7 @@ def test_beats_change_places_and_any_expression_is_drawn_over(desk: Any) -> None
     card.locator("select").select_option(label="an expression …")
     card.get_by_label("Expression to draw").fill("P(rho > 0 | script[:t]) / 2")
     card.get_by_label("Expression to draw").press("Enter")
-    shown.page.wait_for_function("document.querySelector('.arc .measured').getAttribute('d')")
+    shown.page.wait_for_function("() => document.querySelector('.arc .measured').getAttribute('d')")
     assert max(float(v) for v in curve(card)) <= 0.5
 
 
