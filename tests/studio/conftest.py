@@ -10,8 +10,6 @@ import pytest
 from browser_for_tests import chromium  # noqa: F401
 from studio_for_tests import BRIEF, Served, fill
 
-NARROW = 46  # rem: what is a phone
-
 
 class Desk:
     """A page of the studio, as its user sees it."""
@@ -107,7 +105,7 @@ def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noq
             context = chromium.new_context(
                 viewport={"width": width, "height": height}, reduced_motion="reduce", **more
             )
-            context.set_default_timeout(20_000)
+            context.set_default_timeout(60_000)
             contexts.append(context)
         desk = Desk(contexts[-1].new_page())
         desks.append(desk)

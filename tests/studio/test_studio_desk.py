@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from render.test_page import CONTRAST
-from studio.conftest import BRIEF, SEARCH, Desk, Served
+from studio.conftest import Desk
+from studio_for_tests import BRIEF, SEARCH, Served
 
 pytestmark = pytest.mark.browser
 
@@ -214,6 +215,21 @@ def test_patterns_are_found_by_words_and_wished_for(desk: Any) -> None:
     shown.says(r"maximize twist\(")
     shown.page.locator("#undo").click()
     shown.says(f"^{re.escape(BRIEF)}$")
+
+
+def test_beats_change_places_and_any_expression_is_drawn_over(desk: Any) -> None:
+    shown: Desk = desk()
+    beats = ("depict(rho > 0)", "depict(rho < 0)")
+    shown.write(f"world small\nlength 6\nmaximize beats({', '.join(beats)})\n{SEARCH}")
+    shown.solved()
+    shown.page.get_by_role("button", name=re.compile("Beat 1")).press("ArrowRight")
+    shown.says(re.escape(f"beats({', '.join(beats[::-1])})"))
+    card = shown.page.locator(".arc")
+    card.locator("select").select_option(label="an expression …")
+    card.get_by_label("Expression to draw").fill("P(rho > 0 | script[:t]) / 2")
+    card.get_by_label("Expression to draw").press("Enter")
+    shown.page.wait_for_function("() => document.querySelector('.arc .measured').getAttribute('d')")
+    assert max(float(v) for v in curve(card)) <= 0.5
 
 
 def test_films_are_exported(desk: Any) -> None:

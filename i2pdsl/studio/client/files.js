@@ -5,15 +5,53 @@ import { pictureOf } from "./picture.js";
 
 const KEPT = "i2p-typed:";
 
+// A world to begin with: two rooms, somebody who wants something, somebody who minds.
+const WORLD = `# A world of my own.
+
+map
+    ...#...
+    .A.....
+    ...#.B.
+    ...#...
+
+tile apple
+    symbol = A
+    color = "#d9684a"
+tile nest
+    symbol = B
+    color = "#8f7bc2"
+
+character mouse
+    success = 0.8
+    goals = {apple, nest}
+    sprite = "mouse"
+    color = "#9aa3ad"
+character cat
+    goals = {apple, nest, none}
+    pushes = {mouse}
+    toward = mouse
+    attitude = {-2, 0, 2}
+    sprite = "cat"
+    color = "#c98d5e"
+
+planning
+    order = [mouse, cat]
+`;
+
 /** Stands where a story has no picture yet. */
 const arc = () =>
-  s("svg", { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" }, s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }));
+  s(
+    "svg",
+    { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" },
+    s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }),
+  );
 
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
   #saved = ""; // its text
   #isOffered = false; // what was typed before waits for an answer
   path = null;
+  beginnings = { beginnings: [], worlds: [] };
 
   constructor(studio) {
     this.studio = studio;
@@ -52,7 +90,7 @@ export class Files {
     sessionStorage.setItem("i2p-open", path);
     this.dialog.close();
     this.studio.opened(path, language);
-    await this.studio.text.open(uri, language, text);
+    await this.studio.text.open(uri, language, text, this.studio.ready);
     this.studio.dirty();
   }
 
@@ -131,7 +169,10 @@ export class Files {
       `You typed something here (${told}) that was not saved.`,
       "typed",
       back,
-      ["Compare", () => this.#compare("As it was typed", text, "As the file is", now, back, forget)],
+      [
+        "Compare",
+        () => this.#compare("As it was typed", text, "As the file is", now, back, forget),
+      ],
       forget,
     );
   }
@@ -139,7 +180,7 @@ export class Files {
   // ------------------------------------------------------------------ somebody else
 
   async #changed({ path, digest }) {
-    if (this.dialog.open && this.beginnings) this.#list();
+    if (this.dialog.open) this.#list();
     if (path !== this.path || digest === this.#digest) return;
     if (digest === null) {
       this.#digest = null;
@@ -224,8 +265,9 @@ export class Files {
   async gallery() {
     fill(this.dialog, h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
     if (!this.dialog.open) this.dialog.showModal();
-    const told = await this.studio.request("i2p/beginnings");
-    this.beginnings = told ?? { beginnings: [], worlds: [] };
+    const told = this.studio.request("i2p/beginnings");
+    await this.#list();
+    this.beginnings = (await told) ?? this.beginnings;
     await this.#list();
   }
 
@@ -322,6 +364,15 @@ export class Files {
       ),
     );
     if (worlds.some(({ name: each }) => each === "kitchen")) world.value = "kitchen";
+    const start = async (path, text) => {
+      try {
+        await this.studio.rpc.request("i2p/save", { path, text, digest: null });
+        await this.open(path);
+      } catch (refused) {
+        const isThere = refused.kind === "conflict";
+        this.studio.tell(isThere ? `There is a ${path} already.` : refused.message);
+      }
+    };
     const begin = async (event) => {
       event.preventDefault();
       const found = await this.studio.request("i2p/new", {
@@ -329,19 +380,7 @@ export class Files {
         world: world.value,
         beginning: kind.value || null,
       });
-      if (!found) return;
-      try {
-        await this.studio.rpc.request("i2p/save", {
-          path: found.path,
-          text: found.text,
-          digest: null,
-        });
-        await this.open(found.path);
-      } catch (refused) {
-        this.studio.tell(
-          refused.kind === "conflict" ? `There is a ${found.path} already.` : refused.message,
-        );
-      }
+      if (found) await start(found.path, found.text);
     };
     return h(
       "form",
@@ -351,6 +390,16 @@ export class Files {
       h("label", {}, h("span", {}, "in"), world),
       h("label", {}, h("span", {}, "about"), kind),
       h("button", { type: "submit", class: "main-button" }, "Begin"),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          title: "Begins a map of your own, to be painted",
+          click: () => name.reportValidity() && start(`${name.value.trim()}.world`, WORLD),
+        },
+        "or paint a world of that name",
+      ),
     );
   }
 }

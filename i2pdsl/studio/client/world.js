@@ -145,7 +145,7 @@ export class World {
       required: true,
       pattern: "[A-Za-z]\\w*",
       placeholder: "name",
-      "aria-label": "Name",
+      "aria-label": "Name in the world",
       autocomplete: "off",
     });
     const what = h(
@@ -221,6 +221,10 @@ export class World {
     const reply = await this.studio.request("i2p/upload", { path: `${folder}${file.name}`, data });
     if (!reply) return;
     const { name, what } = entity.dataset;
-    this.studio.byHand("i2p/entity", { what, name, settings: { sprite: reply.sprite } });
+    this.studio.byHand("i2p/entity", {
+      what,
+      name,
+      settings: { sprite: JSON.stringify(reply.sprite) },
+    });
   }
 }
