@@ -199,6 +199,7 @@ def serve(
         http="h11",
         ws="websockets-sansio",
         ws_max_size=LARGEST_MESSAGE,
+        ws_per_message_deflate=False,  # from a machine to itself it only takes time
         timeout_graceful_shutdown=2,
     )
     server = _Server(config, lambda: ready(f"http://{shown}:{number}/#{token}"))
