@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from random import Random
 from typing import Any
 
@@ -115,6 +116,39 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     for _ in range(8):
         shown.page.keyboard.press("ArrowUp")
     shown.says(r"points\(.*\(1, 0\.2\d*\)\)")
+
+
+def test_a_finger_draws_and_drags_on_a_phone(desk: Any) -> None:
+    shown: Desk = desk(width=400, height=800, has_touch=True, is_mobile=True)
+    session = shown.page.context.new_cdp_session(shown.page)
+
+    def finger(*ways: tuple[float, float]) -> None:
+        touch = lambda kind, points: session.send(
+            "Input.dispatchTouchEvent",
+            {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]},
+        )
+        touch("touchStart", ways[:1])
+        for (x0, y0), (x1, y1) in pairwise(ways):
+            for step in range(1, 9):
+                touch("touchMove", [(x0 + (x1 - x0) * step / 8, y0 + (y1 - y0) * step / 8)])
+        touch("touchEnd", [])
+
+    shown.seek(3)
+    start = shown.place("robot")
+    box = shown.page.locator("#stage svg").bounding_box()
+    finger(start, (box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"]))
+    shown.says(r"pin script\[3\]: at\(robot, \(2, 2\)\)")
+    card = shown.page.locator(".arc")
+    card.scroll_into_view_if_needed()
+    card.locator("select").select_option(label="rho > 0")
+    lines = card.locator(".grid")  # at the plot's edges
+    low, high = (lines.nth(n).bounding_box() for n in (0, 2))
+    finger(
+        (low["x"] + 1, high["y"] + 20),
+        (low["x"] + low["width"] / 2, low["y"] - 5),
+        (low["x"] + low["width"] - 1, low["y"] - 2),
+    )
+    shown.says(r"points\(")
 
 
 def curve(card: Any) -> list[str]:
