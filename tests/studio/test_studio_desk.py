@@ -98,12 +98,7 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     card.locator("select").select_option(label="rho > 0")
     plot = card.locator(".plot")
     plot.locator(".measured").wait_for(state="attached")
-    box = plot.bounding_box()
-    at = lambda share, value: (
-        box["x"] + box["width"] * (30 + 204 * share) / 240,
-        box["y"] + box["height"] * (106 - 96 * value) / 128,
-    )
-    shown.drag(at(0, 0.4), at(0.5, 0.05), at(1, 0.02))
+    shown.drag(on_plot(card, 0, 0.4), on_plot(card, 0.5, 0.05), on_plot(card, 1, 0.02))
     shown.says(r"points\(\(0, 0\.\d+\).*\(1, 0(\.0\d*)?\)\)")
     shown.solved()
     for _ in range(100):  # viewers believe it less and less, as was drawn
@@ -141,14 +136,18 @@ def test_a_finger_draws_and_drags_on_a_phone(desk: Any) -> None:
     card = shown.page.locator(".arc")
     card.scroll_into_view_if_needed()
     card.locator("select").select_option(label="rho > 0")
-    lines = card.locator(".grid")  # at the plot's edges
-    low, high = (lines.nth(n).bounding_box() for n in (0, 2))
-    finger(
-        (low["x"] + 1, high["y"] + 20),
-        (low["x"] + low["width"] / 2, low["y"] - 5),
-        (low["x"] + low["width"] - 1, low["y"] - 2),
-    )
+    finger(on_plot(card, 0.02, 0.9), on_plot(card, 0.5, 0.1), on_plot(card, 0.98, 0.05))
     shown.says(r"points\(")
+
+
+def on_plot(card: Any, share: float, value: float) -> tuple[float, float]:
+    """Where a share of the film and a probability are on the screen."""
+    x, y = card.locator(".plot").evaluate(
+        """(svg, [x, y]) => { const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+                              return [at.x, at.y]; }""",
+        [30 + 204 * share, 106 - 96 * value],
+    )
+    return x, y
 
 
 def curve(card: Any) -> list[str]:
