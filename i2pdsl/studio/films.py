@@ -56,7 +56,7 @@ def film_as_json(made: Made) -> dict[str, Any]:
                 "what": "character" if seen.name in words.characters else "object",
                 "at": list(seen.at),
             }
-            for seen in drawing.seen(script)
+            for seen in drawing.seen(script.shown())  # with the turns that a flashback appends
         ],
         "play": play,
     }

@@ -49,6 +49,7 @@ const arc = () =>
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
   #saved = ""; // its text
+  #form = null; // of a new story: what is typed into it stays when the list is told anew
   #isOffered = false; // what was typed before waits for an answer
   path = null;
   beginnings = { beginnings: [], worlds: [] };
@@ -265,9 +266,11 @@ export class Files {
   async gallery() {
     fill(this.dialog, h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
     if (!this.dialog.open) this.dialog.showModal();
+    this.#form = null;
     const told = this.studio.request("i2p/beginnings");
     await this.#list();
     this.beginnings = (await told) ?? this.beginnings;
+    this.#form = this.#new();
     await this.#list();
   }
 
@@ -275,6 +278,7 @@ export class Files {
     const { files = [] } = (await this.studio.request("i2p/files")) ?? {};
     const stories = files.filter(({ kind }) => kind === "story");
     const worlds = files.filter(({ kind }) => kind === "world");
+    const focused = document.activeElement;
     fill(
       this.dialog,
       h(
@@ -289,7 +293,7 @@ export class Files {
             )
           : null,
       ),
-      this.#new(),
+      this.#form,
       stories.length
         ? h(
             "ul",
@@ -306,6 +310,7 @@ export class Files {
           )
         : null,
     );
+    if (this.#form?.contains(focused)) focused.focus();
   }
 
   #card({ path, about }) {
