@@ -70,6 +70,7 @@ LASTING: Options = {
 BRIEF: Options = {**LASTING, LEVEL: "0"}
 
 _memory: dict[tuple[str, bool], Program] = {}
+_MOST_KEPT = 64  # programs in memory: who edits stories for hours asks for one after the other
 
 
 def compiled_program(
@@ -103,6 +104,7 @@ def compiled_program(
     description = repr((key, brief, [(s.shape, str(s.dtype)) for s in shapes], apart))
     known = (description, bool(jax.config.jax_enable_x64))  # type: ignore[attr-defined]
     if known in _memory:
+        _memory[known] = _memory.pop(known)  # the last one to be forgotten
         return replace(_memory[known], is_new=False)
 
     def flat(*arrays: Array) -> list[Array]:
@@ -123,8 +125,10 @@ def compiled_program(
         return jax.tree.unflatten(ending, ready(*jax.tree.leaves(given)))
 
     shape = hashlib.sha256(description.encode()).hexdigest()[:16]
-    _memory[known] = Program(run, shape, is_new)
-    return _memory[known]
+    program = _memory[known] = Program(run, shape, is_new)
+    while len(_memory) > _MOST_KEPT:
+        del _memory[next(iter(_memory))]
+    return program
 
 
 def _program_path(description: str, say: Say) -> Path | None:

@@ -16,7 +16,8 @@ from i2pdsl.render.reasons import Change, account_of, frames_in_words
 from i2pdsl.scripts import script_of
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
-from i2pdsl.studio.films import Made, numbers
+from i2pdsl.studio.films import numbers
+from i2pdsl.studio.made import Made
 from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of

@@ -12,7 +12,7 @@ from i2pdsl.studio.protocol import USAGE, Refusal
 from i2pdsl.untrusted import plain_name
 
 if TYPE_CHECKING:
-    from i2pdsl.studio.films import Made
+    from i2pdsl.studio.made import Made
     from i2pdsl.studio.studio import Studio
 
 SLOWEST, FASTEST = 0.1, 10.0

@@ -3,65 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
-from i2pdsl.objective.panel import Judgement
-from i2pdsl.pipeline import Script, Story
+from i2pdsl.pipeline import Script
 from i2pdsl.render.drawing import Drawing
 from i2pdsl.render.film_page import played
 from i2pdsl.render.mind import DASHES, Panel, panel_values, value_axis
 from i2pdsl.render.pictures import drawing_for, pictures_of
-from i2pdsl.studio.protocol import USAGE, Refusal
+from i2pdsl.studio.made import Made
 
-KEPT = 64  # films of a connection
 TOGETHER = "touching"  # the predicate of all worlds with two characters
-
-
-@dataclass(frozen=True)
-class Made:
-    """A film that was made.
-
-    Attributes:
-        name: what messages call it.
-        quality: preview, refined, best, candidate, suggested.
-        judgement: what the panel makes of it, if it was asked.
-    """
-
-    name: str
-    uri: str
-    version: int
-    seed: int
-    quality: str
-    story: Story
-    script: Script
-    judgement: Judgement | None = None
-
-
-class Films:
-    """The last films of a connection, by their names."""
-
-    def __init__(self) -> None:
-        self._made: OrderedDict[str, Made] = OrderedDict()
-        self._count = 0
-
-    def name(self) -> str:
-        self._count += 1
-        return f"f{self._count}"
-
-    def keep(self, made: Made) -> None:
-        self._made[made.name] = made
-        while len(self._made) > KEPT:
-            self._made.popitem(last=False)
-
-    def __getitem__(self, name: str) -> Made:
-        try:
-            return self._made[name]
-        except KeyError:
-            raise Refusal(USAGE, "this film is no longer at hand: solve again") from None
 
 
 def film_as_json(made: Made) -> dict[str, Any]:
@@ -102,7 +56,7 @@ def film_as_json(made: Made) -> dict[str, Any]:
                 "what": "character" if seen.name in words.characters else "object",
                 "at": list(seen.at),
             }
-            for seen in drawing.seen(script)
+            for seen in drawing.seen(script.shown())  # with the turns that a flashback appends
         ],
         "play": play,
     }

@@ -14,6 +14,7 @@ from i2pdsl.render.pictures import drawing_for
 from i2pdsl.studio.folder import Folder
 from i2pdsl.studio.protocol import Refusal
 from i2pdsl.studio.text import StoryText, parts, whose
+from i2pdsl.worlds.blocks import header
 from i2pdsl.worlds.find import world_path
 
 MOST_NUMBERS = 400
@@ -33,7 +34,7 @@ def outline(story: Story, folder: Folder) -> dict[str, Any]:
         "name": typed.name,
         "world": typed.world,
         "world_uri": world,
-        "about": story.spec.documentation,
+        "about": " ".join(header(typed.source).split()),
         "length": [typed.lengths[0].length if typed.lengths else typed.length, typed.length],
         "can": abilities(story),
         "wishes": [

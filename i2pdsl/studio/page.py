@@ -16,13 +16,13 @@ from i2pdsl.studio import protocol as ask
 from i2pdsl.studio.answers import HANDLERS
 from i2pdsl.studio.channel import Channel
 from i2pdsl.studio.folder import TEXTS
+from i2pdsl.studio.made import Films, Made
 from i2pdsl.studio.protocol import REFUSED, Refusal
 from i2pdsl.studio.solver import IDLE, NOW, SOON, Job
 
 if TYPE_CHECKING:
     from i2pdsl.objective.panel import Judgement
     from i2pdsl.pipeline import Script, Story
-    from i2pdsl.studio.films import Films, Made
     from i2pdsl.studio.making import Better
     from i2pdsl.studio.studio import Studio
     from i2pdsl.worlds.kind import Watch
@@ -46,20 +46,12 @@ class Page:
     def __init__(self, studio: Studio, channel: Channel):
         self.studio, self.channel = studio, channel
         self.works: dict[str, Work] = {}
-        self._films: Films | None = None
+        self.films = Films()
         self._asked: dict[str, ask.Solve] = {}  # the last time that each document was solved
         self._best: dict[str, tuple[str, Script]] = {}  # by document: the film that is shown
         for name in ask.REQUESTS:
             own = getattr(self, f"on_{name}", None)
             channel.answers(name, own or partial(HANDLERS[name], self))
-
-    @property
-    def films(self) -> Films:
-        if self._films is None:
-            from i2pdsl.studio.films import Films
-
-            self._films = Films()
-        return self._films
 
     def close(self) -> None:
         self.channel.close()
@@ -231,7 +223,7 @@ class Page:
         judgement: Judgement | None = None,
     ) -> dict[str, Any]:
         """A film that is kept under a name, as the page gets it; in any thread."""
-        from i2pdsl.studio.films import Made, film_as_json
+        from i2pdsl.studio.films import film_as_json
 
         name, version = self.films.name(), asked.version or 0
         made = Made(name, asked.uri, version, seed, quality, story, script, judgement)

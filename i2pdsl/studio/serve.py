@@ -9,6 +9,8 @@ import mimetypes
 import os
 import secrets
 import socket
+import stat
+import tempfile
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
@@ -23,10 +25,11 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from i2pdsl.resources import cache_folder, data_folder
+from i2pdsl.resources import data_folder
 from i2pdsl.studio.guard import SUBPROTOCOL, Guard
 from i2pdsl.studio.protocol import LARGEST_MESSAGE
 from i2pdsl.studio.studio import Studio
+from i2pdsl.untrusted import read_bytes
 
 PORT, TRIED = 8760, 40  # the first port that is tried, and how many
 TOKEN_BYTES = 24
@@ -131,18 +134,31 @@ def listening(host: str, port: int | None) -> socket.socket:
 def kept_token(folder: Path) -> str:
     """A folder's token, which only its user can read: the same when the studio is started again,
     so that pages that are open go on."""
+    from platformdirs import user_state_path
+
     name = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:32]
     token = secrets.token_urlsafe(TOKEN_BYTES)
-    with suppress(OSError):  # without a cache it is another one each time
-        path = cache_folder("studio") / name
+    with suppress(OSError):  # where nothing can be kept it is another one each time
+        path = user_state_path("i2pdsl") / "studio" / name
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         with suppress(FileNotFoundError):
-            known = path.read_text(encoding="ascii", errors="replace")
-            if len(known) == len(token):
+            known = read_bytes(path, 2 * len(token)).decode("ascii", "replace")
+            if len(known) == len(token) and _is_private(path):
                 return known
-        number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with open(number, "w", encoding="ascii") as file:
+            path.unlink()
+        handle, temporary = tempfile.mkstemp(dir=path.parent)  # only the user may read it
+        with open(handle, "w", encoding="ascii") as file:
             file.write(token)
+        os.replace(temporary, path)
     return token
+
+
+def _is_private(path: Path) -> bool:
+    """Whether nobody else could have read a file, or written it."""
+    if os.name != "posix":
+        return True
+    found = path.lstat()
+    return found.st_uid == os.getuid() and stat.S_ISREG(found.st_mode) and not found.st_mode & 0o077
 
 
 def is_loopback(host: str) -> bool:
@@ -183,6 +199,7 @@ def serve(
         http="h11",
         ws="websockets-sansio",
         ws_max_size=LARGEST_MESSAGE,
+        ws_per_message_deflate=False,  # from a machine to itself it only takes time
         timeout_graceful_shutdown=2,
     )
     server = _Server(config, lambda: ready(f"http://{shown}:{number}/#{token}"))

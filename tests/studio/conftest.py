@@ -2,52 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from browser_for_tests import chromium  # noqa: F401
-from worlds_for_tests import with_small_world
-
-HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
-NARROW = 46  # rem: what is a phone
-
-
-@dataclass
-class Served:
-    """`i2p studio` at work on a folder."""
-
-    folder: Path
-    port: str = ""
-    address: str = ""
-    process: Any = field(default=None, repr=False)
-
-    def start(self) -> None:
-        """Starts it, at the port that it had."""
-        ports = ["--port", self.port] if self.port else []
-        command = [sys.executable, "-m", "i2pdsl", "studio", str(self.folder), "--no-browser"]
-        self.process = subprocess.Popen(
-            [*command, *ports], stdout=subprocess.PIPE, text=True, env=dict(os.environ)
-        )
-        self.address = self.process.stdout.readline().strip()
-        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#\S+", self.address)
-        assert found is not None, self.address
-        self.port = found[1]
-
-    def kill(self) -> None:
-        """Ends it at once, in the middle of whatever it does."""
-        if self.process is not None:
-            self.process.kill()
-            self.process.wait()
-            self.process.stdout.close()
-        self.process = None
+from studio_for_tests import BRIEF, Served, fill
 
 
 class Desk:
@@ -119,12 +80,6 @@ class Desk:
         self.page.mouse.up()
 
 
-def fill(folder: Path) -> Path:
-    with_small_world(folder)
-    (folder / "help.story").write_text(HELP, encoding="utf-8")
-    return folder
-
-
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """One studio for a module's tests."""
@@ -139,6 +94,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
     """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
     fill(served.folder)
+    (served.folder / "help.story").write_text(BRIEF, encoding="utf-8")
     desks: list[Desk] = []
     contexts: list[Any] = []
 
@@ -149,7 +105,7 @@ def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noq
             context = chromium.new_context(
                 viewport={"width": width, "height": height}, reduced_motion="reduce", **more
             )
-            context.set_default_timeout(20_000)
+            context.set_default_timeout(60_000)
             contexts.append(context)
         desk = Desk(contexts[-1].new_page())
         desks.append(desk)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from random import Random
 from typing import Any
 
 import pytest
 
 from render.test_page import CONTRAST
-from studio.conftest import HELP, Desk, Served
+from studio.conftest import Desk
+from studio_for_tests import BRIEF, SEARCH, Served
 
 pytestmark = pytest.mark.browser
 
@@ -42,14 +44,14 @@ def test_who_is_dragged_is_pinned_and_the_film_solved_around_it(desk: Any) -> No
     assert abs(shown.place("robot")[0] - target[0]) < 12
     assert shown.page.get_by_role("button", name=re.compile("Pin in frame 3")).is_visible()
     shown.page.keyboard.press("Control+z")  # one drag is one step
-    shown.says(f"^{re.escape(HELP)}$")
+    shown.says(f"^{re.escape(BRIEF)}$")
     shown.solved()
     assert shown.page.get_by_role("button", name=re.compile("Pin in frame")).count() == 0
 
 
 def test_a_pin_is_dragged_along_time_and_away(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP + "pin script[2]: at(robot, (1, 0))\n")
+    shown.write(BRIEF + "pin script[2]: at(robot, (1, 0))\n")
     shown.solved()
     pin = shown.page.get_by_role("button", name=re.compile("Pin in frame 2"))
     pin.press("ArrowRight")
@@ -88,7 +90,7 @@ def test_the_first_picture_is_where_somebody_is_dragged(desk: Any) -> None:
 
 def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write("world small\nlength 6\nmaximize 0.1 * depict(G_cheese = pink)\n")
+    shown.write(f"world small\nlength 6\nmaximize 0.1 * depict(G_cheese = pink)\n{SEARCH}")
     shown.solved()
     card = shown.page.locator(".arc")
     names = card.locator("option").all_inner_texts()
@@ -96,12 +98,7 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     card.locator("select").select_option(label="rho > 0")
     plot = card.locator(".plot")
     plot.locator(".measured").wait_for(state="attached")
-    box = plot.bounding_box()
-    at = lambda share, value: (
-        box["x"] + box["width"] * (30 + 204 * share) / 240,
-        box["y"] + box["height"] * (106 - 96 * value) / 128,
-    )
-    shown.drag(at(0, 0.4), at(0.5, 0.05), at(1, 0.02))
+    shown.drag(on_plot(card, 0, 0.4), on_plot(card, 0.5, 0.05), on_plot(card, 1, 0.02))
     shown.says(r"points\(\(0, 0\.\d+\).*\(1, 0(\.0\d*)?\)\)")
     shown.solved()
     for _ in range(100):  # viewers believe it less and less, as was drawn
@@ -114,6 +111,43 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     for _ in range(8):
         shown.page.keyboard.press("ArrowUp")
     shown.says(r"points\(.*\(1, 0\.2\d*\)\)")
+
+
+def test_a_finger_draws_and_drags_on_a_phone(desk: Any) -> None:
+    shown: Desk = desk(width=400, height=800, has_touch=True, is_mobile=True)
+    session = shown.page.context.new_cdp_session(shown.page)
+
+    def finger(*ways: tuple[float, float]) -> None:
+        touch = lambda kind, points: session.send(
+            "Input.dispatchTouchEvent",
+            {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]},
+        )
+        touch("touchStart", ways[:1])
+        for (x0, y0), (x1, y1) in pairwise(ways):
+            for step in range(1, 9):
+                touch("touchMove", [(x0 + (x1 - x0) * step / 8, y0 + (y1 - y0) * step / 8)])
+        touch("touchEnd", [])
+
+    shown.seek(3)
+    start = shown.place("robot")
+    box = shown.page.locator("#stage svg").bounding_box()
+    finger(start, (box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"]))
+    shown.says(r"pin script\[3\]: at\(robot, \(2, 2\)\)")
+    card = shown.page.locator(".arc")
+    card.scroll_into_view_if_needed()
+    card.locator("select").select_option(label="rho > 0")
+    finger(on_plot(card, 0.02, 0.9), on_plot(card, 0.5, 0.1), on_plot(card, 0.98, 0.05))
+    shown.says(r"points\(")
+
+
+def on_plot(card: Any, share: float, value: float) -> tuple[float, float]:
+    """Where a share of the film and a probability are on the screen."""
+    x, y = card.locator(".plot").evaluate(
+        """(svg, [x, y]) => { const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+                              return [at.x, at.y]; }""",
+        [30 + 204 * share, 106 - 96 * value],
+    )
+    return x, y
 
 
 def curve(card: Any) -> list[str]:
@@ -140,11 +174,11 @@ def test_numbers_are_slid_and_one_slide_is_one_step(desk: Any) -> None:
 def test_two_tabs_and_an_editor_outside(desk: Any, served: Served) -> None:
     file = served.folder / "help.story"
     one, other = desk(), desk()
-    one.write(HELP.replace("length 6", "length 5"))
+    one.write(BRIEF.replace("length 6", "length 5"))
     one.page.keyboard.press("Control+s")
     other.says("length 5")  # it had no changes of its own
-    other.write(HELP.replace("length 6", "length 4"))
-    file.write_text(HELP.replace("length 6", "length 7"), encoding="utf-8")
+    other.write(BRIEF.replace("length 6", "length 4"))
+    file.write_text(BRIEF.replace("length 6", "length 7"), encoding="utf-8")
     one.says("length 7")
     other.page.get_by_role("button", name="Show both").click()
     both = other.page.get_by_role("dialog", name="Two texts of one file")
@@ -157,7 +191,7 @@ def test_two_tabs_and_an_editor_outside(desk: Any, served: Served) -> None:
 
 def test_what_was_typed_is_offered_again(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP + "# not saved\n")
+    shown.write(BRIEF + "# not saved\n")
     shown.page.wait_for_timeout(300)
     shown.page.on("dialog", lambda dialog: dialog.accept())
     shown.page.reload()
@@ -167,7 +201,10 @@ def test_what_was_typed_is_offered_again(desk: Any) -> None:
 
 def test_a_mistake_is_told_and_the_film_stays(desk: Any) -> None:
     shown: Desk = desk()
-    shown.write(HELP.replace("rho", "rhoo"))
+    shown.write(BRIEF.replace("length 6", "length    6"))
+    shown.page.get_by_role("button", name="Tidy").click()
+    shown.says("^length 6$|\nlength 6\n")
+    shown.write(BRIEF.replace("rho", "rhoo"))
     shown.page.locator("#text .cm-lintRange-error").wait_for()
     assert "unknown name" in shown.page.locator("#state").inner_text()
     assert shown.page.locator('#stage [data-actor="robot"]').is_visible()
@@ -213,7 +250,22 @@ def test_patterns_are_found_by_words_and_wished_for(desk: Any) -> None:
     pattern.get_by_role("button", name="Wish for it").click()
     shown.says(r"maximize twist\(")
     shown.page.locator("#undo").click()
-    shown.says(f"^{re.escape(HELP)}$")
+    shown.says(f"^{re.escape(BRIEF)}$")
+
+
+def test_beats_change_places_and_any_expression_is_drawn_over(desk: Any) -> None:
+    shown: Desk = desk()
+    beats = ("depict(rho > 0)", "depict(rho < 0)")
+    shown.write(f"world small\nlength 6\nmaximize beats({', '.join(beats)})\n{SEARCH}")
+    shown.solved()
+    shown.page.get_by_role("button", name=re.compile("Beat 1")).press("ArrowRight")
+    shown.says(re.escape(f"beats({', '.join(beats[::-1])})"))
+    card = shown.page.locator(".arc")
+    card.locator("select").select_option(label="an expression …")
+    card.get_by_label("Expression to draw").fill("P(rho > 0 | script[:t]) / 2")
+    card.get_by_label("Expression to draw").press("Enter")
+    shown.page.wait_for_function("() => document.querySelector('.arc .measured').getAttribute('d')")
+    assert max(float(v) for v in curve(card)) <= 0.5
 
 
 def test_films_are_exported(desk: Any) -> None:
@@ -285,7 +337,7 @@ def test_page_and_text_agree_after_many_edits_during_solves(
         what = random.choice(["type", "pin", "undo", "redo", "seek", "length", "play"])
         if what == "type":
             lengths = random.randint(4, 9)
-            shown.write(HELP.replace("length 6", f"length {lengths}"))
+            shown.write(BRIEF.replace("length 6", f"length {lengths}"))
         elif what == "pin":
             shown.seek(random.randint(0, 4))
             x, y = shown.place("robot")
@@ -317,12 +369,12 @@ def test_page_and_text_agree_after_many_edits_during_solves(
 
 def test_the_server_is_killed_and_the_page_goes_on(desk: Any, served: Served) -> None:
     shown: Desk = desk()
-    shown.write(HELP.replace("length 6", "length 8"))
+    shown.write(BRIEF.replace("length 6", "length 8"))
     shown.trouble.clear()
     served.kill()
     notice = shown.page.locator('[data-notice="lost"]')
     notice.wait_for()
-    shown.write(HELP.replace("length 6", "length 7"))
+    shown.write(BRIEF.replace("length 6", "length 7"))
     shown.page.keyboard.press("Control+s")
     shown.page.get_by_text("Not saved").wait_for()
     served.start()

@@ -7,10 +7,12 @@ import io
 import os
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from i2pdsl.studio.folder import Folder, digest_of
+from i2pdsl.studio.made import Films, Made
 from i2pdsl.studio.protocol import CONFLICT, FILE, REFUSED, Refusal
 
 OUT = (
@@ -214,3 +216,25 @@ def test_pictures_that_are_none(folder: Folder) -> None:
         with pytest.raises(Refusal):
             folder.put_picture(name, data)
     assert [seen.path for seen in folder.files() if seen.kind == "sprite"] == ["large.png"]
+
+
+def test_films_at_hand() -> None:
+    """The last ones, and none that keep worlds in memory which nobody is in any more."""
+    films = Films()
+    made = lambda world: Made(
+        films.name(), "a", 1, 0, "best", SimpleNamespace(), SimpleNamespace(world=world)
+    )
+    kept = [made(world) for world in [KITCHEN] * 80 + [MAZE] * 3]
+    for film in kept:
+        films.keep(film)
+    assert films[kept[-1].name] is kept[-1]
+    assert films[kept[60].name] is kept[60]
+    films.keep(made(object()))
+    assert films[kept[-1].name] is kept[-1]  # of the maze
+    for gone in (kept[0], kept[79]):
+        with pytest.raises(Refusal):
+            films[gone.name]
+    assert len({film.name for film in kept}) == len(kept)
+
+
+KITCHEN, MAZE = object(), object()

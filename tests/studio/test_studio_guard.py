@@ -15,10 +15,10 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from talking import Talk
 
-from conftest import Served, fill
 from i2pdsl.studio.protocol import LARGEST_MESSAGE
+from i2pdsl.studio.serve import kept_token
+from studio_for_tests import Served, Talk, fill
 
 Headers = dict[str, str] | list[tuple[str, str]]
 
@@ -133,7 +133,7 @@ def test_the_policy(served: Served) -> None:
         rules = dict(rule.strip().partition(" ")[::2] for rule in policy.split(";"))
         assert rules["default-src"] == "'none'"
         assert rules["script-src"] == "'self'"
-        assert "unsafe" not in policy
+        assert [name for name in rules if "unsafe" in rules[name]] == ["style-src-attr"]
         assert rules["frame-ancestors"] == rules["base-uri"] == rules["form-action"] == "'none'"
         assert answer.getheader("x-content-type-options") == "nosniff"
         assert answer.getheader("referrer-policy") == "no-referrer"
@@ -212,3 +212,24 @@ def test_a_port_that_is_taken_and_a_place_that_is_none(served: Served, tmp_path:
     assert "Traceback" not in told.stderr
     for place in ("nothing-there", "nothing-there/a.story", "a.txt"):
         assert ran(str(tmp_path / place), "--no-browser").returncode == 2
+
+
+def test_tokens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder's own, that nobody else could have read or put there."""
+    monkeypatch.setattr("platformdirs.user_state_path", lambda name: tmp_path / name)
+    token = kept_token(tmp_path)
+    assert len(token) == 32
+    assert kept_token(tmp_path) == token
+    assert kept_token(tmp_path.parent) != token
+    (path, _) = sorted(
+        (tmp_path / "i2pdsl" / "studio").iterdir(), key=lambda p: p.read_text() != token
+    )
+    assert path.stat().st_mode & 0o077 == 0
+    path.chmod(0o644)
+    other = kept_token(tmp_path)
+    assert other != token
+    path.unlink()
+    path.symlink_to(tmp_path / "planted")
+    (tmp_path / "planted").write_text("x" * 32)
+    assert kept_token(tmp_path) not in (token, other, "x" * 32)
+    assert (tmp_path / "planted").read_text() == "x" * 32

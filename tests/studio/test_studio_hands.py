@@ -6,11 +6,11 @@ from itertools import pairwise
 from random import Random
 
 import pytest
-from talking import edited
 
 from i2pdsl.studio import hands
 from i2pdsl.studio.protocol import Pin, Refusal, Solve, read
 from i2pdsl.studio.text import StoryText
+from studio_for_tests import edited
 
 TEXT = """\
 # Of a robot.

@@ -20,7 +20,8 @@ if __name__ == "__main__":
     sys.path[:0] = [str(ROOT / "tests")]
 
 from browser_for_tests import CHROMIUM, FLAGS  # noqa: E402
-from studio.conftest import Desk, Served  # noqa: E402
+from studio.conftest import Desk  # noqa: E402
+from studio_for_tests import Served  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures" / "studio"
 NAMES = ("desk", "drag", "pinned", "curve", "others", "wishes", "why", "patterns", "world", "phone")
@@ -40,7 +41,7 @@ def tour(served: Served, browser: Any, save: Callable[[str, bytes], None]) -> No
 
     shown = opened("betrayal.story", viewport={"width": 1280, "height": 800})
     page = shown.page
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     shown.seek(9)
     taken("desk")
 
@@ -69,12 +70,12 @@ def tour(served: Served, browser: Any, save: Callable[[str, bytes], None]) -> No
     shown.drag(at(0, 0.4), at(0.4, 0.95), at(0.55, 0.9), at(0.8, 0.08), at(1, 0.05))
     shown.says("points")
     shown.solved()
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     taken("curve", "#curves .arc")
 
     shown = opened("betrayal.story", viewport={"width": 1280, "height": 1000})
     page = shown.page
-    page.get_by_text("ready").wait_for()
+    page.get_by_text("ready", exact=True).wait_for()
     page.get_by_role("tab", name="Others").click()
     page.locator("#others .wall li").nth(5).wait_for()
     taken("others", ".side")

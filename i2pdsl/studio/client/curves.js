@@ -177,11 +177,9 @@ const plot = (...children) =>
   );
 
 function pointIn(svg, event) {
-  const { left, top, width, height } = svg.getBoundingClientRect();
-  return [
-    ((event.clientX - left) / width) * BOX.width,
-    ((event.clientY - top) / height) * BOX.height,
-  ];
+  const matrix = svg.getScreenCTM().inverse();
+  const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix);
+  return [x, y];
 }
 
 /** An axis with room for all of some values, between round numbers. */
@@ -200,6 +198,7 @@ function roomy(values, last) {
 class Arc {
   #film = null;
   #choices = []; // what can be drawn over: {label, expression}
+  #own = []; // the same of what somebody typed
   #values = null; // [T + 1] as measured
   #points = null; // [[share, value], ...] as the text has them
   #range = null; // where
@@ -210,6 +209,13 @@ class Arc {
   constructor(studio) {
     this.studio = studio;
     this.choice = h("select", { "aria-label": "Curve to draw", change: () => this.#chosen() });
+    this.other = h("input", {
+      hidden: true,
+      "aria-label": "Expression to draw",
+      placeholder: "entropy(rho | script[:t])",
+      spellcheck: "false",
+      change: () => this.#named(),
+    });
     this.told = h("p", { class: "telling" }, "Draw over it with mouse or finger.");
     this.svg = plot();
     this.svg.removeAttribute("aria-hidden");
@@ -221,6 +227,7 @@ class Arc {
       "figure",
       { class: "curve-card arc" },
       h("figcaption", {}, h("span", {}, "Draw"), this.choice),
+      this.other,
       this.told,
       this.svg,
     );
@@ -246,9 +253,10 @@ class Arc {
         range,
         points,
       })),
-      ...this.#choices.filter(
+      ...[...this.#own, ...this.#choices].filter(
         ({ expression }) => !drawn.some((one) => one.expression === expression),
       ),
+      { label: "an expression …", expression: null },
     ];
     const before = this.choice.value;
     this.options = all;
@@ -259,14 +267,24 @@ class Arc {
     const same = all.findIndex(({ expression }) => expression && expression === this.#expression);
     const index = same >= 0 ? same : before && !all[before] ? 0 : Number(before || 0);
     this.choice.value = all[index] ? String(index) : "";
-    this.node.hidden = !all.length;
     this.#chosen();
+  }
+
+  /** An expression was typed. */
+  #named() {
+    const expression = this.other.value.trim();
+    if (!expression) return;
+    this.#own = [{ label: expression, expression }, ...this.#own];
+    this.#expression = expression;
+    this.other.value = "";
+    this.refresh();
   }
 
   async #chosen() {
     const option = this.options?.[Number(this.choice.value)];
     this.#points = option?.points ?? null;
     this.#range = option?.range ?? null;
+    this.other.hidden = this.#range !== null || Boolean(option?.expression);
     const changed = option?.expression !== this.#expression;
     this.#expression = option?.expression ?? null;
     if (changed) this.#values = null;
@@ -385,10 +403,10 @@ class Arc {
   }
 
   #draw(event) {
-    if (event.button !== 0 || !this.#expression) return;
+    if (event.button !== 0 || !(this.#expression || this.#range)) return;
     event.preventDefault();
     const { svg, axes } = this;
-    const scale = svg.getBoundingClientRect().width / BOX.width;
+    const scale = svg.getScreenCTM().a; // pixels to a unit of the plot
     const here = (next) => {
       const [x, y] = pointIn(svg, next);
       return [axes.shareAt(x), axes.valueAt(y)];

@@ -36,7 +36,9 @@ export const $ = (id) => document.getElementById(id);
 export const figure = (value, digits = 3) =>
   value === null || value === undefined
     ? "–"
-    : String(Number(value.toPrecision(Math.max(digits, Math.trunc(value).toString().length)))).replace("-", "−");
+    : String(
+        Number(value.toPrecision(Math.max(digits, Math.trunc(value).toString().length))),
+      ).replace("-", "−");
 
 export const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 

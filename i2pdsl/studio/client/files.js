@@ -5,14 +5,54 @@ import { pictureOf } from "./picture.js";
 
 const KEPT = "i2p-typed:";
 
+// A world to begin with: two rooms, somebody who wants something, somebody who minds.
+const WORLD = `# A world of my own.
+
+map
+    ...#...
+    .A.....
+    ...#.B.
+    ...#...
+
+tile apple
+    symbol = A
+    color = "#d9684a"
+tile nest
+    symbol = B
+    color = "#8f7bc2"
+
+character mouse
+    success = 0.8
+    goals = {apple, nest}
+    sprite = "mouse"
+    color = "#9aa3ad"
+character cat
+    goals = {apple, nest, none}
+    pushes = {mouse}
+    toward = mouse
+    attitude = {-2, 0, 2}
+    sprite = "cat"
+    color = "#c98d5e"
+
+planning
+    order = [mouse, cat]
+`;
+
 /** Stands where a story has no picture yet. */
 const arc = () =>
-  s("svg", { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" }, s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }));
+  s(
+    "svg",
+    { viewBox: "0 0 48 24", width: 72, "aria-hidden": "true" },
+    s("path", { d: "M4 20c9 0 10-16 20-16s11 12 20 12" }),
+  );
 
 export class Files {
   #digest = null; // of the open file as it was read or saved; null: not yet there
   #saved = ""; // its text
+  #form = null; // of a new story: what is typed into it stays when the list is told anew
+  #isOffered = false; // what was typed before waits for an answer
   path = null;
+  beginnings = { beginnings: [], worlds: [] };
 
   constructor(studio) {
     this.studio = studio;
@@ -36,9 +76,10 @@ export class Files {
     if (this.path !== null) this.#keep();
     const found = await this.studio.request("i2p/open", { path });
     if (!found) return false;
-    await this.#opened(found);
     const kept = this.#kept(path);
-    if (kept && kept.text !== found.text) this.#offer(kept);
+    this.#isOffered = kept !== null && kept.text !== found.text;
+    await this.#opened(found);
+    if (this.#isOffered) this.#offer(kept);
     return true;
   }
 
@@ -50,7 +91,7 @@ export class Files {
     sessionStorage.setItem("i2p-open", path);
     this.dialog.close();
     this.studio.opened(path, language);
-    await this.studio.text.open(uri, language, text);
+    await this.studio.text.open(uri, language, text, this.studio.ready);
     this.studio.dirty();
   }
 
@@ -93,7 +134,10 @@ export class Files {
   #keep() {
     this.keepSoon.cancel();
     if (this.path === null) return;
-    if (!this.isDirty) return localStorage.removeItem(KEPT + this.place(this.path));
+    if (!this.isDirty) {
+      if (!this.#isOffered) localStorage.removeItem(KEPT + this.place(this.path));
+      return;
+    }
     const kept = { text: this.studio.text.text, when: Date.now() };
     try {
       localStorage.setItem(KEPT + this.place(this.path), JSON.stringify(kept));
@@ -114,27 +158,30 @@ export class Files {
 
   #offer({ text, when }) {
     const told = new Date(when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
-    const path = this.path;
+    const answer = (act) => () => {
+      this.#isOffered = false;
+      act();
+      this.#keep();
+    };
+    const back = ["Bring it back", answer(() => this.studio.text.replace(text))];
+    const forget = ["Forget it", answer(() => {})];
+    const now = this.studio.text.text;
     this.studio.notice(
       `You typed something here (${told}) that was not saved.`,
       "typed",
-      ["Bring it back", () => this.studio.text.replace(text)],
+      back,
       [
         "Compare",
-        () =>
-          this.#compare("As it was typed", text, "As the file is", this.studio.text.text, [
-            "Bring it back",
-            () => this.studio.text.replace(text),
-          ]),
+        () => this.#compare("As it was typed", text, "As the file is", now, back, forget),
       ],
-      ["Forget it", () => localStorage.removeItem(KEPT + this.place(path))],
+      forget,
     );
   }
 
   // ------------------------------------------------------------------ somebody else
 
   async #changed({ path, digest }) {
-    if (this.dialog.open && this.beginnings) this.#list();
+    if (this.dialog.open) this.#list();
     if (path !== this.path || digest === this.#digest) return;
     if (digest === null) {
       this.#digest = null;
@@ -219,8 +266,11 @@ export class Files {
   async gallery() {
     fill(this.dialog, h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
     if (!this.dialog.open) this.dialog.showModal();
-    const told = await this.studio.request("i2p/beginnings");
-    this.beginnings = told ?? { beginnings: [], worlds: [] };
+    this.#form = null;
+    const told = this.studio.request("i2p/beginnings");
+    await this.#list();
+    this.beginnings = (await told) ?? this.beginnings;
+    this.#form = this.#new();
     await this.#list();
   }
 
@@ -228,6 +278,7 @@ export class Files {
     const { files = [] } = (await this.studio.request("i2p/files")) ?? {};
     const stories = files.filter(({ kind }) => kind === "story");
     const worlds = files.filter(({ kind }) => kind === "world");
+    const focused = document.activeElement;
     fill(
       this.dialog,
       h(
@@ -242,7 +293,7 @@ export class Files {
             )
           : null,
       ),
-      this.#new(),
+      this.#form,
       stories.length
         ? h(
             "ul",
@@ -259,6 +310,7 @@ export class Files {
           )
         : null,
     );
+    if (this.#form?.contains(focused)) focused.focus();
   }
 
   #card({ path, about }) {
@@ -317,6 +369,15 @@ export class Files {
       ),
     );
     if (worlds.some(({ name: each }) => each === "kitchen")) world.value = "kitchen";
+    const start = async (path, text) => {
+      try {
+        await this.studio.rpc.request("i2p/save", { path, text, digest: null });
+        await this.open(path);
+      } catch (refused) {
+        const isThere = refused.kind === "conflict";
+        this.studio.tell(isThere ? `There is a ${path} already.` : refused.message);
+      }
+    };
     const begin = async (event) => {
       event.preventDefault();
       const found = await this.studio.request("i2p/new", {
@@ -324,19 +385,7 @@ export class Files {
         world: world.value,
         beginning: kind.value || null,
       });
-      if (!found) return;
-      try {
-        await this.studio.rpc.request("i2p/save", {
-          path: found.path,
-          text: found.text,
-          digest: null,
-        });
-        await this.open(found.path);
-      } catch (refused) {
-        this.studio.tell(
-          refused.kind === "conflict" ? `There is a ${found.path} already.` : refused.message,
-        );
-      }
+      if (found) await start(found.path, found.text);
     };
     return h(
       "form",
@@ -346,6 +395,16 @@ export class Files {
       h("label", {}, h("span", {}, "in"), world),
       h("label", {}, h("span", {}, "about"), kind),
       h("button", { type: "submit", class: "main-button" }, "Begin"),
+      h(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          title: "Begins a map of your own, to be painted",
+          click: () => name.reportValidity() && start(`${name.value.trim()}.world`, WORLD),
+        },
+        "or paint a world of that name",
+      ),
     );
   }
 }

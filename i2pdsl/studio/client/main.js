@@ -24,6 +24,7 @@ class Studio {
   plays = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   #chosen = null; // the version whose film was chosen by hand
   #progress = "";
+  #shown = null; // the version whose film is on the stage
   #wrong = false;
   #calm = ""; // what is said of a world
 
@@ -120,6 +121,36 @@ class Studio {
   }
 
   async #connected() {
+    this.#ready = null;
+    const told = await this.request("i2p/studio");
+    if (!told) return;
+    this.folder = told.folder;
+    this.formats = told.formats;
+    this.notice(null, "lost");
+    if (this.files.path !== null) {
+      await this.ready();
+      this.text.announce();
+      await this.files.again();
+      this.#tellState();
+      return;
+    }
+    const path = history.state?.path ?? sessionStorage.getItem("i2p-open") ?? told.start;
+    if (
+      !(path && (await this.files.open(path))) &&
+      !(told.start && (await this.files.open(told.start)))
+    ) {
+      await this.files.gallery();
+    }
+    this.ready();
+  }
+
+  #ready = null;
+
+  /** Resolves when the language server is there. It takes a moment to come: what needs it not, such
+   * as the text itself, is asked for before. */
+  ready = () => (this.#ready ??= this.#initialized());
+
+  async #initialized() {
     await this.request("initialize", {
       processId: null,
       rootUri: null,
@@ -135,24 +166,6 @@ class Studio {
       },
     });
     this.rpc.notify("initialized");
-    const told = await this.request("i2p/studio");
-    if (!told) return;
-    this.folder = told.folder;
-    this.formats = told.formats;
-    this.notice(null, "lost");
-    if (this.files.path !== null) {
-      this.text.announce();
-      await this.files.again();
-      this.#tellState();
-      return;
-    }
-    const path = history.state?.path ?? sessionStorage.getItem("i2p-open") ?? told.start;
-    if (
-      !(path && (await this.files.open(path))) &&
-      !(told.start && (await this.files.open(told.start)))
-    ) {
-      this.files.gallery();
-    }
   }
 
   #lost() {
@@ -180,6 +193,8 @@ class Studio {
   async solve() {
     const { uri, version } = this.text;
     if (uri === null) return;
+    this.#progress = "making the film …";
+    this.#tellState();
     try {
       await this.rpc.request("i2p/solve", { uri, version, seed: 0, effort: 1 });
     } catch (refused) {
@@ -216,7 +231,11 @@ class Studio {
     });
     rpc.on("i2p/film", (told) => {
       if (!this.#isPresent(told) || this.#chosen === told.version) return;
-      this.stage.show(told.film).then(() => ($("desk").dataset.film = told.version));
+      this.stage.show(told.film).then(() => {
+        this.#shown = told.version;
+        $("desk").dataset.film = told.version;
+        this.#tellState();
+      });
     });
     this.text.onDiagnostics = (found) => {
       const mistake = found.find(({ severity }) => severity === "error");
@@ -265,11 +284,10 @@ class Studio {
     this.stage.show(film);
   }
 
+  /** Writes a film's script beside its story. */
   async keep(film) {
     const path = this.files.path.replace(/\.story$/, ".script.json");
-    const name = prompt("Keep this film’s script as", path);
-    if (!name) return;
-    const reply = await this.request("i2p/keep", { film: film.id, path: name });
+    const reply = await this.request("i2p/keep", { film: film.id, path });
     if (reply) this.tell(`Kept as ${reply.path}.`);
   }
 
@@ -308,6 +326,11 @@ class Studio {
 
   // ------------------------------------------------------------------ what is told
 
+  /** Whether there is a film of the present text, and not only a first one. */
+  get #isKnown() {
+    return this.#shown === this.text.version && this.film?.quality !== "preview";
+  }
+
   dirty() {
     const isDirty = this.files?.isDirty ?? false;
     $("save").disabled = !isDirty;
@@ -321,15 +344,22 @@ class Studio {
     const parts = [];
     if (!this.rpc.isOpen) parts.push("away");
     else if (this.#wrong) parts.push(this.said || "the text has a mistake");
-    else if (this.#progress) parts.push(this.#progress);
-    else if (film) {
+    else if (this.#isKnown || (film && !this.#progress)) {
       parts.push(film.quality === "preview" ? "a first film" : "ready");
       if (film.unmet?.length) parts.push(`${film.unmet.length} not met`);
-    } else if (this.#calm) parts.push(this.#calm);
-    $("state").textContent = parts.join(" · ");
+      if (this.#progress) parts.push("a better one is looked for …");
+    } else if (this.#progress) parts.push(this.#progress);
+    else if (this.#calm) parts.push(this.#calm);
+    $("state").textContent = $("state").title = parts.join(" · ");
     $("state").dataset.kind =
-      !this.rpc.isOpen || this.#wrong ? "wrong" : this.#progress ? "busy" : "calm";
-    if (this.stage) this.stage.setStale(this.#wrong);
+      !this.rpc.isOpen || this.#wrong
+        ? "wrong"
+        : this.#progress && !this.#isKnown
+          ? "busy"
+          : "calm";
+    this.stage.empty.textContent =
+      this.#progress && !this.#wrong ? "The film is being made …" : "The film comes here.";
+    this.stage.setStale(this.#wrong);
     if (film) {
       const panel = film.panel ? ` · panel ${figure(film.panel.mean)}` : "";
       this.stage.mark.textContent = `score ${figure(film.score)}${panel}`;
@@ -389,6 +419,7 @@ class Studio {
     this.view("text");
     $("undo").addEventListener("click", () => this.text.undo());
     $("redo").addEventListener("click", () => this.text.redo());
+    $("tidy").addEventListener("click", () => this.text.format());
     $("save").addEventListener("click", () => this.files.save());
     $("open-files").addEventListener("click", () => this.files.gallery());
     $("out").addEventListener("click", () => this.out.open());

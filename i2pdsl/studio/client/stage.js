@@ -4,11 +4,15 @@ import { filmHost, mountFilm } from "./mounted.js";
 
 const PIN = "M0 0C-9 -11 -10 -16 -10 -20a10 10 0 0 1 20 0c0 4 -1 9 -10 20z";
 
+/** Whether somebody can be at a spot, as far as is known: where bodies move nobody knows before. */
+const isOpen = ({ possible }) => possible !== false;
+
 export class Stage {
   #playback = null;
   #placing = null; // {who, frame, spots, chosen, ghost}: somebody looks for a place
   #pending = null; // a film that came meanwhile
-  #layer = null; // of the drawing, for all that hands see
+  #layer = null; // of the drawing, below who acts: where somebody can be
+  #above = null; // and above all: pins
 
   constructor(host, studio) {
     this.studio = studio;
@@ -17,6 +21,11 @@ export class Stage {
     this.badge = h("span", { class: "badge" }, "Start");
     this.caption = h("span", { class: "caption" });
     this.cast = h("div", { class: "cast", role: "group", "aria-label": "Give a place" });
+    this.away = h(
+      "button",
+      { type: "button", class: "chip", hidden: true, click: () => this.#away() },
+      "not there",
+    );
     this.said = h("p", { class: "unseen", "aria-live": "polite" });
     this.empty = h("p", { class: "empty" }, "The film comes here.");
     this.mark = h("span", { class: "quality" });
@@ -82,7 +91,10 @@ export class Stage {
     if (speed) playback.setSpeed(speed);
     playback.seek(Math.min(time, film.play.last));
     if (playing) playback.play();
+    this.#above = s("g", { class: "hands" });
+    playback.svg.append(this.#above);
     this.#listCast();
+    this.#drawPins();
     this.studio.shown(film);
   }
 
@@ -93,7 +105,7 @@ export class Stage {
     this.#playback?.pause();
     this.host.film = null;
     this.host.shadowRoot.replaceChildren();
-    this.#playback = this.film = this.#layer = null;
+    this.#playback = this.film = this.#layer = this.#above = null;
     this.#shownFrame = -1;
     this.empty.hidden = false;
     this.badge.textContent = "Start";
@@ -139,12 +151,12 @@ export class Stage {
   }
 
   #drawPins() {
-    if (!this.#layer || this.#placing) return;
+    if (!this.#above || this.#placing) return;
     const scale = this.#size / 420;
     const pins = this.studio.pins.filter(
       ({ frame, last }) => frame <= this.frame && this.frame <= last,
     );
-    this.#layer.replaceChildren(
+    this.#above.replaceChildren(
       ...pins.flatMap(({ who }) => {
         const at = who && this.#at(who);
         if (!at) return [];
@@ -177,7 +189,12 @@ export class Stage {
           who,
         ),
       ),
-      h("span", { class: "how" }, "or drag somebody on the stage: that pins where they are in this frame."),
+      this.away,
+      h(
+        "span",
+        { class: "how" },
+        "or drag somebody on the stage: that pins where they are in this frame.",
+      ),
     );
   }
 
@@ -251,13 +268,14 @@ export class Stage {
     placing.spots = reply.spots.map((spot) => ({
       ...spot,
       node: s("polygon", {
-        class: spot.possible ? "spot" : "spot not",
+        class: isOpen(spot) ? "spot" : "spot not",
         points: (spot.shape ?? []).map((point) => point.join(",")).join(" "),
         "data-place": spot.place ?? "",
       }),
     }));
-    this.#layer.prepend(...placing.spots.map(({ node }) => node));
-    const count = placing.spots.filter(({ possible }) => possible).length;
+    this.#layer.prepend(...placing.spots.filter(({ at }) => at).map(({ node }) => node));
+    this.away.hidden = !placing.spots.some((spot) => !spot.at && isOpen(spot));
+    const count = placing.spots.filter(isOpen).length;
     this.#say(
       `${who} can be in ${count} places in frame ${placing.frame}. Arrow keys choose, Enter pins.`,
     );
@@ -323,12 +341,18 @@ export class Stage {
     const { near, who, frame } = placing;
     this.leave();
     if (!near) return;
-    if (!near.possible) {
+    if (!isOpen(near)) {
       this.studio.tell(`${who} cannot be there in frame ${frame}: no way leads there.`);
       return;
     }
     this.#say(`${who} is pinned in frame ${frame}.`);
     this.studio.byHand("i2p/pin", { frame, who, place: near.place });
+  }
+
+  /** The one who looks for a place is nowhere. */
+  #away() {
+    this.#choose(this.#placing.spots.find(({ at }) => !at));
+    this.#let();
   }
 
   /** Ends the search for a place without one. */
@@ -339,6 +363,7 @@ export class Stage {
     placing.ghost?.remove();
     placing.body?.classList.remove("lifted");
     for (const { node } of placing.spots ?? []) node.remove();
+    this.away.hidden = true;
     this.#mark(placing.who, false);
     this.#drawPins();
     const pending = this.#pending;
@@ -373,7 +398,7 @@ export class Stage {
     const { near, spots } = this.#placing;
     const [x, y] = near?.at ?? this.#placing.pointer ?? [0, 0];
     const ahead = spots
-      .filter((spot) => spot.at && spot.possible && spot !== near)
+      .filter((spot) => spot.at && isOpen(spot) && spot !== near)
       .map((spot) => {
         const [along, aside] = [
           (spot.at[0] - x) * dx + (spot.at[1] - y) * dy,

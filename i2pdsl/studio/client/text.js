@@ -60,7 +60,8 @@ async function grammarOf(language) {
 export class Text {
   #view;
   #language = new Compartment();
-  #dirty = false;
+  #dirty = false; // the server has another text
+  #isTold = false; // the server knows the document
 
   /**
    * @param host the element that holds the editor
@@ -96,23 +97,28 @@ export class Text {
   redo = () => redo(this.#view);
   focus = () => this.#view.focus();
 
-  /** Opens a document; what was open is closed. */
-  async open(uri, languageId, text) {
-    if (this.uri !== null)
+  /** Opens a document; what was open is closed. It is there at once; the language server hears of it
+   * as soon as it is `ready`. */
+  async open(uri, languageId, text, ready) {
+    if (this.#isTold) {
       this.rpc.notify("textDocument/didClose", { textDocument: { uri: this.uri } });
+    }
     this.uri = uri;
     this.languageId = languageId;
     this.version += 1;
-    this.#dirty = false;
+    this.#dirty = this.#isTold = false;
     this.#view.setState(this.#state(text));
+    const [language] = await Promise.all([grammarOf(languageId), ready()]);
+    if (this.uri !== uri) return;
+    this.#view.dispatch({ effects: this.#language.reconfigure(language) });
     this.announce();
-    const language = await grammarOf(languageId);
-    if (this.uri === uri) this.#view.dispatch({ effects: this.#language.reconfigure(language) });
   }
 
   /** Tells the server what is open: first, and after each time that it was lost. */
   announce() {
     if (this.uri === null) return;
+    this.#dirty = false;
+    this.#isTold = true;
     const { uri, version, languageId, text } = this;
     this.rpc.notify("textDocument/didOpen", { textDocument: { uri, languageId, version, text } });
     this.changed({ isHand: true });
@@ -159,13 +165,14 @@ export class Text {
     this.flush();
     const [version, textDocument] = [this.version, { uri: this.uri }];
     const options = { tabSize: 4, insertSpaces: true };
-    const edits = await this.rpc.request("textDocument/formatting", { textDocument, options });
+    const asked = this.rpc.request("textDocument/formatting", { textDocument, options });
+    const edits = await asked.catch(() => null); // a text with mistakes stays as it is
     this.apply({ version, edits: edits ?? [] });
   }
 
   /** Sends the text if it has changed: before anything is asked about it. */
   flush() {
-    if (!this.#dirty) return;
+    if (!this.#dirty || !this.#isTold) return;
     this.#dirty = false;
     this.version += 1;
     this.rpc.notify("textDocument/didChange", {

@@ -60,7 +60,9 @@ export class Wishes extends Asking {
       const bar = h("i");
       bar.style.width = `${(100 * share).toFixed(0)}%`;
       const told =
-        possible === null ? figure(reached, 4) : `${figure(reached, 4)} (${figure(possible, 4)} alone)`;
+        possible === null
+          ? figure(reached, 4)
+          : `${figure(reached, 4)} (${figure(possible, 4)} alone)`;
       return h(
         "li",
         { class: unmet.has(source) ? "unmet" : null },

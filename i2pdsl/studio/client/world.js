@@ -121,7 +121,16 @@ export class World {
           "div",
           { class: "entity", "data-name": name, "data-what": what },
           dot,
-          h("strong", {}, name),
+          h(
+            "button",
+            {
+              type: "button",
+              class: "quiet",
+              title: "Shows it in the text",
+              click: () => this.studio.find(`${what} ${name}`),
+            },
+            h("strong", {}, name),
+          ),
           h("small", {}, [what, sprite].filter(Boolean).join(", ")),
           h(
             "button",
@@ -145,7 +154,7 @@ export class World {
       required: true,
       pattern: "[A-Za-z]\\w*",
       placeholder: "name",
-      "aria-label": "Name",
+      "aria-label": "Name in the world",
       autocomplete: "off",
     });
     const what = h(
@@ -221,6 +230,10 @@ export class World {
     const reply = await this.studio.request("i2p/upload", { path: `${folder}${file.name}`, data });
     if (!reply) return;
     const { name, what } = entity.dataset;
-    this.studio.byHand("i2p/entity", { what, name, settings: { sprite: reply.sprite } });
+    this.studio.byHand("i2p/entity", {
+      what,
+      name,
+      settings: { sprite: JSON.stringify(reply.sprite) },
+    });
   }
 }

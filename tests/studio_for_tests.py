@@ -1,16 +1,61 @@
-"""A page of the studio for tests, without a browser: it asks, listens and edits."""
+"""A studio in a process of its own for tests, on a small world, and a page of it without a browser
+that asks, listens and edits."""
 
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from itertools import count
+from pathlib import Path
 from typing import Any
 
-from websockets.sync.client import connect
+from worlds_for_tests import with_small_world
 
+HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
+SEARCH = "search beam(starts = 30, polish = 0)\n"
+BRIEF = HELP + SEARCH  # what is solved in no time
 LONG = 60.0  # seconds that nothing here takes
+
+
+@dataclass
+class Served:
+    """`i2p studio` at work on a folder."""
+
+    folder: Path
+    port: str = ""
+    address: str = ""
+    process: Any = field(default=None, repr=False)
+
+    def start(self) -> None:
+        """Starts it, at the port that it had."""
+        ports = ["--port", self.port] if self.port else []
+        command = [sys.executable, "-m", "i2pdsl", "studio", str(self.folder), "--no-browser"]
+        self.process = subprocess.Popen(
+            [*command, *ports], stdout=subprocess.PIPE, text=True, env=dict(os.environ)
+        )
+        self.address = self.process.stdout.readline().strip()
+        found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#\S+", self.address)
+        assert found is not None, self.address
+        self.port = found[1]
+
+    def kill(self) -> None:
+        """Ends it at once, in the middle of whatever it does."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            self.process.stdout.close()
+        self.process = None
+
+
+def fill(folder: Path) -> Path:
+    with_small_world(folder)
+    (folder / "help.story").write_text(HELP, encoding="utf-8")
+    return folder
 
 
 class Refused(Exception):
@@ -26,6 +71,8 @@ class Talk:
     """A connection. `told` are the notifications so far."""
 
     def __init__(self, address: str):
+        from websockets.sync.client import connect
+
         self.base, token = address.split("/#")
         self._open = ExitStack()
         opening = connect(
