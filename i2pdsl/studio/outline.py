@@ -9,7 +9,6 @@ from i2pdsl.language import ast
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.pipeline import Story
-from i2pdsl.render.files import FORMATS
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.studio.folder import Folder
 from i2pdsl.studio.protocol import Refusal
@@ -67,7 +66,8 @@ def abilities(story: Story) -> dict[str, Any]:
         "suggest": story.typed.search.method != "naive",
         "keep": words.enumerable,
         "events": {event: list(things) for event, things in words.events.items()},
-        "formats": list(FORMATS),
+        "formats": list(drawing.files.offered),
+        "transparent": drawing.files.can_be_transparent,
     }
 
 
