@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from random import Random
 from typing import Any
 
@@ -97,12 +98,7 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     card.locator("select").select_option(label="rho > 0")
     plot = card.locator(".plot")
     plot.locator(".measured").wait_for(state="attached")
-    box = plot.bounding_box()
-    at = lambda share, value: (
-        box["x"] + box["width"] * (30 + 204 * share) / 240,
-        box["y"] + box["height"] * (106 - 96 * value) / 128,
-    )
-    shown.drag(at(0, 0.4), at(0.5, 0.05), at(1, 0.02))
+    shown.drag(on_plot(card, 0, 0.4), on_plot(card, 0.5, 0.05), on_plot(card, 1, 0.02))
     shown.says(r"points\(\(0, 0\.\d+\).*\(1, 0(\.0\d*)?\)\)")
     shown.solved()
     for _ in range(100):  # viewers believe it less and less, as was drawn
@@ -115,6 +111,43 @@ def test_a_drawn_curve_is_in_the_text_and_the_measured_one_follows(desk: Any) ->
     for _ in range(8):
         shown.page.keyboard.press("ArrowUp")
     shown.says(r"points\(.*\(1, 0\.2\d*\)\)")
+
+
+def test_a_finger_draws_and_drags_on_a_phone(desk: Any) -> None:
+    shown: Desk = desk(width=400, height=800, has_touch=True, is_mobile=True)
+    session = shown.page.context.new_cdp_session(shown.page)
+
+    def finger(*ways: tuple[float, float]) -> None:
+        touch = lambda kind, points: session.send(
+            "Input.dispatchTouchEvent",
+            {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]},
+        )
+        touch("touchStart", ways[:1])
+        for (x0, y0), (x1, y1) in pairwise(ways):
+            for step in range(1, 9):
+                touch("touchMove", [(x0 + (x1 - x0) * step / 8, y0 + (y1 - y0) * step / 8)])
+        touch("touchEnd", [])
+
+    shown.seek(3)
+    start = shown.place("robot")
+    box = shown.page.locator("#stage svg").bounding_box()
+    finger(start, (box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"]))
+    shown.says(r"pin script\[3\]: at\(robot, \(2, 2\)\)")
+    card = shown.page.locator(".arc")
+    card.scroll_into_view_if_needed()
+    card.locator("select").select_option(label="rho > 0")
+    finger(on_plot(card, 0.02, 0.9), on_plot(card, 0.5, 0.1), on_plot(card, 0.98, 0.05))
+    shown.says(r"points\(")
+
+
+def on_plot(card: Any, share: float, value: float) -> tuple[float, float]:
+    """Where a share of the film and a probability are on the screen."""
+    x, y = card.locator(".plot").evaluate(
+        """(svg, [x, y]) => { const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+                              return [at.x, at.y]; }""",
+        [30 + 204 * share, 106 - 96 * value],
+    )
+    return x, y
 
 
 def curve(card: Any) -> list[str]:

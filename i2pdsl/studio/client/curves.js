@@ -177,11 +177,9 @@ const plot = (...children) =>
   );
 
 function pointIn(svg, event) {
-  const { left, top, width, height } = svg.getBoundingClientRect();
-  return [
-    ((event.clientX - left) / width) * BOX.width,
-    ((event.clientY - top) / height) * BOX.height,
-  ];
+  const matrix = svg.getScreenCTM().inverse();
+  const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix);
+  return [x, y];
 }
 
 /** An axis with room for all of some values, between round numbers. */
@@ -408,7 +406,7 @@ class Arc {
     if (event.button !== 0 || !(this.#expression || this.#range)) return;
     event.preventDefault();
     const { svg, axes } = this;
-    const scale = svg.getBoundingClientRect().width / BOX.width;
+    const scale = svg.getScreenCTM().a; // pixels to a unit of the plot
     const here = (next) => {
       const [x, y] = pointIn(svg, next);
       return [axes.shareAt(x), axes.valueAt(y)];

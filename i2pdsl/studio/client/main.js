@@ -350,7 +350,7 @@ class Studio {
       if (this.#progress) parts.push("a better one is looked for …");
     } else if (this.#progress) parts.push(this.#progress);
     else if (this.#calm) parts.push(this.#calm);
-    $("state").textContent = parts.join(" · ");
+    $("state").textContent = $("state").title = parts.join(" · ");
     $("state").dataset.kind =
       !this.rpc.isOpen || this.#wrong
         ? "wrong"

@@ -8,7 +8,7 @@ export async function keepPicture(place, svg) {
   const { width, height } = svg.viewBox.baseVal;
   const size = [WIDTH, Math.round((WIDTH * height) / width)];
   const copy = svg.cloneNode(true);
-  copy.querySelector(".hands")?.remove();
+  for (const layer of copy.querySelectorAll(".hands")) layer.remove();
   copy.setAttribute("width", size[0]);
   copy.setAttribute("height", size[1]);
   const text = new XMLSerializer().serializeToString(copy);

@@ -11,7 +11,8 @@ export class Stage {
   #playback = null;
   #placing = null; // {who, frame, spots, chosen, ghost}: somebody looks for a place
   #pending = null; // a film that came meanwhile
-  #layer = null; // of the drawing, for all that hands see
+  #layer = null; // of the drawing, below who acts: where somebody can be
+  #above = null; // and above all: pins
 
   constructor(host, studio) {
     this.studio = studio;
@@ -90,7 +91,10 @@ export class Stage {
     if (speed) playback.setSpeed(speed);
     playback.seek(Math.min(time, film.play.last));
     if (playing) playback.play();
+    this.#above = s("g", { class: "hands" });
+    playback.svg.append(this.#above);
     this.#listCast();
+    this.#drawPins();
     this.studio.shown(film);
   }
 
@@ -101,7 +105,7 @@ export class Stage {
     this.#playback?.pause();
     this.host.film = null;
     this.host.shadowRoot.replaceChildren();
-    this.#playback = this.film = this.#layer = null;
+    this.#playback = this.film = this.#layer = this.#above = null;
     this.#shownFrame = -1;
     this.empty.hidden = false;
     this.badge.textContent = "Start";
@@ -147,12 +151,12 @@ export class Stage {
   }
 
   #drawPins() {
-    if (!this.#layer || this.#placing) return;
+    if (!this.#above || this.#placing) return;
     const scale = this.#size / 420;
     const pins = this.studio.pins.filter(
       ({ frame, last }) => frame <= this.frame && this.frame <= last,
     );
-    this.#layer.replaceChildren(
+    this.#above.replaceChildren(
       ...pins.flatMap(({ who }) => {
         const at = who && this.#at(who);
         if (!at) return [];

@@ -121,7 +121,16 @@ export class World {
           "div",
           { class: "entity", "data-name": name, "data-what": what },
           dot,
-          h("strong", {}, name),
+          h(
+            "button",
+            {
+              type: "button",
+              class: "quiet",
+              title: "Shows it in the text",
+              click: () => this.studio.find(`${what} ${name}`),
+            },
+            h("strong", {}, name),
+          ),
           h("small", {}, [what, sprite].filter(Boolean).join(", ")),
           h(
             "button",
