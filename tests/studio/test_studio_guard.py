@@ -151,10 +151,9 @@ def test_messages_that_are_too_large_or_none(served: Served) -> None:
             assert talk.listen()["error"]["code"] == -32600
         talk.tell("exit", {})  # ends a language server, and not the studio
         assert talk.ask("i2p/studio")["protocol"] == 1
-    with Talk(served.address) as talk:
+    with Talk(served.address) as talk, pytest.raises(Exception, match="1009"):
         talk.socket.send("x" * (LARGEST_MESSAGE + 1))
-        with pytest.raises(Exception, match="1009"):
-            talk.listen()
+        talk.listen()
     with Talk(served.address) as talk:
         talk.socket.send(b"bytes")
         with pytest.raises(Exception, match=r"100\d|close"):
