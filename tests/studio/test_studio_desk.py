@@ -201,6 +201,9 @@ def test_what_was_typed_is_offered_again(desk: Any) -> None:
 
 def test_a_mistake_is_told_and_the_film_stays(desk: Any) -> None:
     shown: Desk = desk()
+    shown.write(BRIEF.replace("length 6", "length    6"))
+    shown.page.get_by_role("button", name="Tidy").click()
+    shown.says("^length 6$|\nlength 6\n")
     shown.write(BRIEF.replace("rho", "rhoo"))
     shown.page.locator("#text .cm-lintRange-error").wait_for()
     assert "unknown name" in shown.page.locator("#state").inner_text()

@@ -419,6 +419,7 @@ class Studio {
     this.view("text");
     $("undo").addEventListener("click", () => this.text.undo());
     $("redo").addEventListener("click", () => this.text.redo());
+    $("tidy").addEventListener("click", () => this.text.format());
     $("save").addEventListener("click", () => this.files.save());
     $("open-files").addEventListener("click", () => this.files.gallery());
     $("out").addEventListener("click", () => this.out.open());

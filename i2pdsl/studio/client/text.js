@@ -165,7 +165,8 @@ export class Text {
     this.flush();
     const [version, textDocument] = [this.version, { uri: this.uri }];
     const options = { tabSize: 4, insertSpaces: true };
-    const edits = await this.rpc.request("textDocument/formatting", { textDocument, options });
+    const asked = this.rpc.request("textDocument/formatting", { textDocument, options });
+    const edits = await asked.catch(() => null); // a text with mistakes stays as it is
     this.apply({ version, edits: edits ?? [] });
   }
 
