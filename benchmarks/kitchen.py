@@ -1,5 +1,5 @@
 """How long everything takes for the default kitchen, stage by stage, and what it is measured
-against: plain NumPy doing the same work, and a process that only imports JAX and matplotlib.
+against: a process that only imports JAX and matplotlib (other ways to do the work: peers.py).
 
     python benchmarks/kitchen.py [--quick]
 
@@ -108,41 +108,6 @@ def searches(cache: Path) -> None:
         best = clock(search, 3)
         more = f"{plan.starts} starts, width {plan.width}, T = {story.typed.length}"
         row(path.stem, best, f"{more}; compiling took {first.compile_seconds:.2f} s")
-        if path.stem == "help":
-            seconds = numpy_search(world, objective, story.typed.length, starts[:10])
-            ratio = seconds * len(starts) / 10 / best
-            row(
-                "  the same in NumPy", seconds * len(starts) / 10, f"{ratio:.0f} x (from 10 starts)"
-            )
-
-
-def numpy_search(world: Any, objective: Any, length: int, starts: Any) -> float:
-    """Greedy search in plain NumPy: a loop over starts, frames and children."""
-    import numpy as np
-
-    from i2pdsl.audience.filter import update
-    from i2pdsl.objective.frame import observe
-
-    tables, params = world.tables, objective.params
-
-    def greedy(state: Any) -> None:
-        carry, belief = objective.init(tables, params, state), world.log_prior(tables)
-        for t in range(1, length + 1):
-            turns = world.turns(tables, state)
-            beliefs = belief[None, None]
-            for log_row in turns.log_rows:
-                beliefs = update(beliefs, log_row, world.forgetting(tables))
-            best, chosen = -np.inf, None
-            for action in np.flatnonzero(turns.valid):
-                frame = observe(world, tables, np.asarray(t), state, np.asarray(action), belief)
-                after = objective.step(tables, params, carry, frame)
-                score = objective.score(tables, params, after, frame)
-                if score > best:
-                    best, chosen = score, (after, frame)
-            assert chosen is not None
-            carry, state, belief = chosen[0], chosen[1].state, chosen[1].log_belief
-
-    return clock(lambda: [greedy(np.asarray(s)) for s in starts])
 
 
 def pictures(out: Path) -> None:
@@ -154,51 +119,6 @@ def pictures(out: Path) -> None:
     for kind in ("png", "svg", "html", "gif", "mp4"):
         work = lambda k=kind: GridPictures(script).save(out / "pictures", (k,))
         row(kind, clock(work, 2))
-
-
-def planning_against_numpy(sweeps: int) -> None:
-    print("one sweep over the kitchen, 16 of the robot's problems")
-    import jax
-    import numpy as np
-
-    from i2pdsl.worlds.find import find_spec
-    from i2pdsl.worlds.grid.dynamics import build_dynamics
-
-    spec = find_spec("kitchen")
-    assert spec is not None
-    dynamics = build_dynamics(spec)
-    generator = np.random.default_rng(0)
-    states = dynamics.state_count
-    policy = generator.dirichlet(np.ones(5), states).T
-    values = np.zeros((states, 16))
-
-    def sweep_numpy(v: np.ndarray) -> np.ndarray:
-        w = v.copy()
-        for a in range(5):
-            w += 0.6 * policy[a][:, None] * (v[dynamics.successor[0][a]] - v)
-        best = -0.1 + 0.99 * w
-        for b in range(4):
-            best = np.maximum(best, -1 + 0.99 * w[dynamics.successor[1][b]])
-        return best
-
-    plain = clock(lambda: sweep_numpy(values), 3)
-    row("NumPy, doubles", plain)
-    compiled = planner_sweep(spec, dynamics, sweeps)
-    row("this planner, its mean over a whole solution", compiled, f"{plain / compiled:.1f} x")
-    del jax
-
-
-def planner_sweep(spec: Any, dynamics: Any, _: int) -> float:
-    """Seconds for a sweep over 16 columns, from solving the world once (compiling included)."""
-    from i2pdsl.worlds.grid.planning import solve
-
-    last: dict[str, int] = {}
-
-    def report(who: str, sweep: int, residual: float, expected: float | None) -> None:
-        last[who] = sweep
-
-    plan = solve(spec, dynamics, report=report)
-    return plan.seconds / sum(last.values())
 
 
 OPEN = """
@@ -258,7 +178,6 @@ def main() -> None:
         os.environ["I2PDSL_CACHE"] = str(cache)
         searches(cache)
         pictures(out)
-        planning_against_numpy(40)
         growth([5, 8, 12] if quick else [5, 8, 12, 18, 24, 32])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(f"peak memory of this process: {peak:.2f} GiB")

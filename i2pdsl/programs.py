@@ -55,15 +55,19 @@ class Program:
     is_new: bool
 
 
-# How hard the compiler tries: BRIEF programs are compiled in a fifth of the time of LASTING ones
-# (the kitchen's search: 1.2 s, 6.5 s) and run three to seven times as long. Much of that are the
-# emitters, which make LLVM's input by way of MLIR. The usual level (2 or 3) takes longer than
-# LASTING for nothing. The library YNN, to which XLA gives sums over an axis, takes twice as long
-# for our short ones as XLA's own loops.
+# How hard the compiler tries: BRIEF programs are compiled in a third of the time of LASTING ones
+# (the kitchen's search: 1.2 s, 4 s) and run ten times as long. Not asked for, since they cost more
+# than they bring: the usual level (2 or 3); the fusion emitters, which make LLVM's input by way of
+# MLIR (half as long again to compile, a tenth faster at best); and the library YNN, which takes
+# twice as long as XLA's own loops for sums as short as ours.
 Options = dict[str, str | bool]
 LEVEL = "xla_backend_optimization_level"
-LASTING: Options = {LEVEL: "1", "xla_cpu_experimental_ynn_fusion_type": ""}
-BRIEF: Options = {**LASTING, LEVEL: "0", "xla_cpu_use_fusion_emitters": False}
+LASTING: Options = {
+    LEVEL: "1",
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_cpu_experimental_ynn_fusion_type": "",
+}
+BRIEF: Options = {**LASTING, LEVEL: "0"}
 
 _memory: dict[tuple[str, bool], Program] = {}
 
@@ -243,7 +247,11 @@ def _compile(
     shapes: list[jax.ShapeDtypeStruct],
     options: Options,
 ) -> jax.stages.Compiled:
-    lowered = jax.jit(function).lower(*shapes)
+    return compiled(jax.jit(function).lower(*shapes), options)
+
+
+def compiled(lowered: jax.stages.Lowered, options: Options = LASTING) -> jax.stages.Compiled:
+    """A lowered function compiled as hard as ours are."""
     try:
         return lowered.compile(compiler_options=options)
     except jax.errors.JaxRuntimeError as problem:

@@ -13,12 +13,6 @@ os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-
 import pytest
 
 from commands_for_tests import I2P, Outcome, Run
-from fuzz_for_tests import FULL
-
-# Half of what XLA takes to compile is LLVM's input, made by way of MLIR: in `make test` it is made
-# directly, as programs that run briefly are made for users too (i2pdsl/programs.py).
-if not FULL:
-    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
 
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (

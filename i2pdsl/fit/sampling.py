@@ -13,7 +13,7 @@ import numpy as np
 from numpyro.infer import NUTS, init_to_value
 
 from i2pdsl.fit.model import MISFIT, Asked, Model
-from i2pdsl.programs import LASTING
+from i2pdsl.programs import compiled
 from i2pdsl.search.minimise import minimise
 
 Array = Any
@@ -104,7 +104,7 @@ def draw(
         return state, (state.z, state.diverging)
 
     several = jax.jit(lambda state: jax.lax.scan(step, state, None, PIECE))
-    run = several.lower(state).compile(compiler_options=LASTING)
+    run = compiled(several.lower(state))
     total, finished = warmup + draws, True
     found: list[tuple[dict[str, np.ndarray], np.ndarray]] = []
     try:

@@ -37,7 +37,7 @@ WORKERS = 8  # blocks that are searched at once, if there are so many processors
 
 # What a search takes for each child and hypothesis (measured: the kitchen, one core). Another
 # machine is not ten times as fast.
-CHILD_SECONDS = 2e-8
+CHILD_SECONDS = 1e-8
 BRIEF_SECONDS = 0.05  # below, it takes longer to compile well than it saves
 LONG, TOO_LONG = 600.0, 24 * 3600.0  # seconds that are said, and that are refused
 

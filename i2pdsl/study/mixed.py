@@ -26,7 +26,7 @@ import numpyro.distributions as dist
 from numpyro.diagnostics import effective_sample_size, split_gelman_rubin
 from numpyro.infer import HMC, init_to_value
 
-from i2pdsl.programs import LASTING
+from i2pdsl.programs import compiled
 
 Array = Any
 
@@ -70,7 +70,7 @@ def estimate(matches: np.ndarray, cell: np.ndarray, seed: int = 0) -> Posterior:
     sizes = len(matches), int(cell.max()) + 1
     run = jax.jit(partial(sampled, sizes=sizes))
     key = jax.random.PRNGKey(seed)
-    sites = run.lower(rows, key).compile(compiler_options=LASTING)(rows, key)
+    sites = compiled(run.lower(rows, key))(rows, key)
     share = np.asarray(shares(sites))
     flat = lambda array: np.asarray(array).reshape(-1, *array.shape[2:])
     return Posterior(

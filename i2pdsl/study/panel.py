@@ -52,7 +52,7 @@ class Viewer:
         sharpness: how much more strongly than in the world's file characters seem to prefer what
             is best for them.
         forgetting: the share of belief reassigned after each observation; None: the world's.
-        weights: latent -> value -> weight of the prior.
+        weights: latent -> value -> weight; they multiply the world's prior.
         even: whether the answers were equally likely to him beforehand.
         settings: of the world as he imagines it.
         matching, confidence, lapse, noise: how he answers (`chances`, `positions`).
@@ -171,23 +171,25 @@ def beliefs(
 
 def prior_of(viewer: Viewer, ground: Ground) -> np.ndarray:
     """P(H) before anything moved, [H]."""
-    own = np.array(weighed(ground.vocabulary, viewer.weights))
-    even = _even(ground) if viewer.even else 1.0
-    weights: np.ndarray = np.maximum(even * own, 1e-300)
+    words = ground.vocabulary
+    prior = np.array(words.prior or (1.0,) * len(words.hypotheses))
+    if viewer.even:
+        prior = _evened(prior, ground)
+    weights: np.ndarray = np.maximum(prior * weighed(words, viewer.weights), 1e-300)
     return weights / weights.sum()
 
 
-def _even(ground: Ground) -> np.ndarray:
-    """Weights that make the answers equally likely: the events together stay as likely as they
-    are, or if there is one, as likely as not."""
+def _evened(prior: np.ndarray, ground: Ground) -> np.ndarray:
+    """A prior with equally likely answers: the events together stay as likely as they are, or if
+    there is one, as likely as not; what is impossible stays so."""
     masks = np.array(ground.masks, bool)
     if len(masks) == 1:
         masks = np.concatenate([masks, ~masks])
-    weights = np.ones(masks.shape[1])
-    counts = masks.sum(1)
-    for mask, count in zip(masks, counts, strict=True):
-        weights[mask] = counts.mean() / count
-    return weights
+    mass = masks @ prior
+    evened = prior.copy()
+    for mask, own in zip(masks, mass, strict=True):
+        evened[mask] *= mass.mean() / own if own > 0 else 1.0
+    return evened
 
 
 # Answers.

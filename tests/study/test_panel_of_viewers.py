@@ -183,3 +183,20 @@ def test_an_even_prior_makes_answers_alike(study: Study) -> None:
     alone = replace(ground, masks=ground.masks[:1])
     np.testing.assert_allclose(masks[0] @ prior_of(replace(SURE, even=True), alone), 0.5)
     np.testing.assert_allclose(prior_of(SURE, ground), 1 / masks.shape[1])
+
+
+def test_the_prior_of_a_world_counts(study: Study) -> None:
+    ground = next(iter(check_study(study).values()))
+    masks = np.array(ground.masks)
+    rows = ground.vocabulary.hypotheses
+    goals = list(ground.vocabulary.latents["G_cheese"].values)
+    weights = tuple((goal, 1.0 + 4.0 * (goal == goals[0])) for goal in goals)
+    told = replace(ground, spec=replace(ground.spec, shares=(("G_cheese", weights),)))
+    said = prior_of(SURE, told)
+    wants = np.array([row.get("G_cheese") == goals[0] for row in rows])
+    known = np.array(["G_cheese" in row for row in rows])
+    assert said[wants].sum() / said[known].sum() == pytest.approx(5 / (4 + len(goals)))
+    even = prior_of(replace(SURE, even=True), told)
+    np.testing.assert_allclose(masks @ even, masks.sum(0) @ said / 3)
+    among = masks[0]  # the answers change, not what is likelier among those who give one
+    np.testing.assert_allclose(even[among] / even[among].sum(), said[among] / said[among].sum())
