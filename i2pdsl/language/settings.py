@@ -207,7 +207,16 @@ class Settings:
             for diagnostic in problem.diagnostics:
                 self.elaborator.report(diagnostic)
             return (Observer(),)
-        return tuple(person.observer(self.elaborator.world) for person in people)
+        words = self.elaborator.world
+        foreign = {latent for person in people for latent in person.prior} - set(words.latents)
+        if foreign:
+            listed = ", ".join(f"`{latent[:40]}`" for latent in sorted(foreign)[:4])
+            more = f" and {len(foreign) - 4} more" if len(foreign) > 4 else ""
+            message = (
+                f"world {words.world} has no {listed}{more}: what viewers think of that is left out"
+            )
+            self.elaborator.report(Diagnostic("audience", message, name.span, severity="warning"))
+        return tuple(person.observer(words) for person in people)
 
     def observer(self, arguments: tuple[ast.Argument, ...]) -> Observer:
         world = self.elaborator.world.settings

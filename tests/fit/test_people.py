@@ -89,7 +89,11 @@ def test_a_story_names_a_file(tmp_path: Path) -> None:
         f"average(bayesian(sharpness = 1.5, forgetting = 0.01, prior = {prior}), "
         "bayesian(sharpness = 0.5, forgetting = 0, beta = 3))"
     )
-    first = story(tmp_path, 'audience "people.toml"\n').typed.audiences[0].observers
+    told = story(tmp_path, 'audience "people.toml"\n')
+    (warning,) = told.warnings
+    assert warning.severity == "warning"
+    assert """world small has no `a "quoted" name`: what viewers think""" in warning.message
+    first = told.typed.audiences[0].observers
     other = story(tmp_path, f"audience {by_hand}\n").typed.audiences[0].observers
     for one, two in zip(first, other, strict=True):
         assert (one.settings, one.sharpness) == (two.settings, two.sharpness)

@@ -112,11 +112,22 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
     if tables.policies is not None:
         return tables.policies[who][state]
+    return _by_hypothesis(tables, who, _log_softmax(tables, who, state))
+
+
+def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
+    """log P(a | s) of every planning problem: [..., A, P]."""
     xp = namespace(tables.cells)
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
-    log_probability = scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
-    irrational = xp.full_like(log_probability[..., :1], -math.log(scaled.shape[-2]))
+    return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
+
+
+def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
+    """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
+    xp = namespace(tables.cells)
+    count = len(tables.successor[who])
+    irrational = xp.full_like(log_probability[..., :1], -math.log(count))
     return xp.concatenate([log_probability, irrational], axis=-1)[..., tables.columns[who]]
 
 
@@ -345,8 +356,12 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     rows = []
     for who in range(len(moves.weak)):
         act, _ = decode(moves, who, action, xp)
-        policy = log_policy(tables, who, states[who])
-        row = xp.take_along_axis(policy, act[..., None, None, None], axis=-3)[..., 0, :, :]
+        if tables.policies is not None:
+            row = tables.policies[who][states[who], act]
+        else:
+            policy = _log_softmax(tables, who, states[who])
+            taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
+            row = _by_hypothesis(tables, who, taken)
         rows.append(xp.where((action < moves.turn_count)[..., None, None], row, 0.0))
     return tuple(rows)
 
@@ -356,8 +371,15 @@ def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tupl
     xp = namespace(tables.cells)
     states = chosen_at(tables, moves, state, action)
     is_turn = (action < moves.turn_count)[..., None, None]
-    best = (xp.max(log_policy(tables, who, states[who]), axis=-3) for who in range(len(moves.weak)))
-    return tuple(xp.where(is_turn, row, 0.0) for row in best)
+    rows = []
+    for who in range(len(moves.weak)):
+        if tables.policies is not None:
+            row = xp.max(tables.policies[who][states[who]], axis=-3)
+        else:
+            best = xp.max(_log_softmax(tables, who, states[who]), axis=-2)
+            row = _by_hypothesis(tables, who, best)
+        rows.append(xp.where(is_turn, row, 0.0))
+    return tuple(rows)
 
 
 def alternatives(
