@@ -27,9 +27,12 @@ def roles_of(spec: Spec, words: Vocabulary) -> dict[str, str]:
         found = {"helper": social.name, "helped": social.toward}
         if len(places[social.toward]) > 1:
             found["goal"], found["other"] = places[social.toward][:2]
+    # The fortune of who has an attitude is mostly the other's: in a plane, where nothing else keeps
+    # it to its goal, it would never get there.
+    first = found.get("helped" if spec.kind == "plane" else "helper")
     torn = sorted(
         (who for who in places if len(places[who]) > 1),
-        key=lambda who: (who != found.get("helper"), words.characters.index(who)),
+        key=lambda who: (who != first, words.characters.index(who)),
     )
     if torn:
         found["actor"] = torn[0]

@@ -11,8 +11,11 @@ audience average(bayesian(), bayesian(controller = 0), bayesian(controller = 1))
 let work = [effort(hopper) @ script[t]]
 
 maximize 15 * depict(weight = 0.5 and will = eager)
-maximize sum_t (3 * min(work, 1.25) - 1.5 * work + 2.5 * [taut(hopper) @ script[t]])
+maximize sum_t (3 * min(work, 1.3) - 1.5 * work + 5 * [taut(hopper) @ script[t]])
 maximize sum_t 0.05 * [progress(box) @ script[t]]
+
+# Near what viewers imagine of such a hopper it trembles less, and others believe it more.
+naturalness 20
 
 # Who pulls so gently does not fall: no need to look ahead.
 search descend(seeds = 4, window = 50, overlap = 0, lookahead = 0, steps = 60, rate = 0.1)
