@@ -52,9 +52,11 @@ def studio(place: str, port: int | None, no_browser: bool, host: str, i_know: bo
         click.echo(address)
         sys.stdout.flush()
         if not no_browser:
+            import threading
             import webbrowser
 
-            webbrowser.open(address)
+            # Some browsers return when they are closed.
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     try:
         serve(folder, start, host, port, ready)

@@ -44,9 +44,11 @@ class Drawing(ABC):
     """One kind's drawing.
 
     Attributes:
+        files: what draws one script.
         strip_tells: whether a comic strip alone tells a story, without its page.
     """
 
+    files: ClassVar[type[PictureFiles]]
     strip_tells: ClassVar[bool] = True
 
     @abstractmethod

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import StoryError
 from i2pdsl.studio.folder import Folder, told
-from i2pdsl.studio.protocol import OURS, REQUESTS, STALE, STORY, USAGE, Refusal, read
+from i2pdsl.studio.protocol import OURS, REQUESTS, STALE, STORY, USAGE, Refusal
+from i2pdsl.studio.reading import read
 from i2pdsl.untrusted import json_excess
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class Channel:
         try:
             if json_excess(text, DEEPEST, 200_000):
                 raise ValueError
-            message = json.loads(text)
+            message = json.loads(text, parse_constant=_no_number)
             if not isinstance(message, dict) or message.get("jsonrpc") != "2.0":
                 raise ValueError
         except (ValueError, RecursionError):
@@ -175,6 +176,10 @@ def finite(value: Any) -> Any:
     if hasattr(value, "__dataclass_fields__"):
         return finite(asdict(value))
     return value
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no JSON")
 
 
 def _uri_of(params: Any) -> str | None:

@@ -14,6 +14,7 @@ from i2pdsl.render.film_page import played
 from i2pdsl.render.mind import DASHES, Panel, panel_values, value_axis
 from i2pdsl.render.pictures import drawing_for, pictures_of
 from i2pdsl.studio.made import Made
+from i2pdsl.studio.protocol import REFUSED, Refusal
 
 TOGETHER = "touching"  # the predicate of all worlds with two characters
 
@@ -22,6 +23,8 @@ def film_as_json(made: Made) -> dict[str, Any]:
     """All that the page is told of a film."""
     script, judgement = made.script, made.judgement
     pictures = pictures_of([script])
+    if "html" not in pictures.offered:
+        raise Refusal(REFUSED, f"films in worlds like {script.world.name} cannot be played")
     drawing: Drawing = drawing_for(script.world.spec)
     moving = pictures.moving()
     words = script.world.vocabulary

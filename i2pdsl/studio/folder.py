@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 TEXTS = {".story": "story", ".world": "world"}
 KINDS = {**TEXTS, ".json": "script", ".svg": "sprite", ".png": "sprite"}
-MOST_FILES, DEEPEST = 2000, 8
+MOST_FILES, MOST_ENTRIES, DEEPEST = 2000, 20_000, 8  # of a folder that is somebody's home
 _HEAD = 2000  # bytes that tell what a file is
 
 
@@ -84,18 +85,23 @@ class Folder:
 
     def files(self) -> list[Seen]:
         """What there is to show, without hidden files and folders, in order."""
-        return sorted(self._seen(self.root, ""), key=lambda each: each.path)[:MOST_FILES]
+        found = islice(self._seen(self.root, "", count()), MOST_FILES)
+        return sorted(found, key=lambda each: each.path)
 
-    def _seen(self, folder: Path, before: str, depth: int = 1) -> Iterator[Seen]:
+    def _seen(
+        self, folder: Path, before: str, numbers: Iterator[int], depth: int = 1
+    ) -> Iterator[Seen]:
         with suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:
+                if next(numbers) > MOST_ENTRIES:
+                    return
                 if entry.name.startswith(".") or not is_plain_name(entry.name):
                     continue
                 with suppress(OSError):
                     if entry.is_dir(follow_symlinks=False):
                         if depth < DEEPEST:
                             inside = f"{before}{entry.name}/"
-                            yield from self._seen(Path(entry.path), inside, depth + 1)
+                            yield from self._seen(Path(entry.path), inside, numbers, depth + 1)
                         continue
                     kind = KINDS.get(Path(entry.name).suffix.lower())
                     if kind is None or (entry.is_symlink() and not self._is_inside(entry.path)):

@@ -9,7 +9,6 @@ from i2pdsl.language import ast
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.pipeline import Story
-from i2pdsl.render.files import FORMATS
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.studio.folder import Folder
 from i2pdsl.studio.protocol import Refusal
@@ -29,7 +28,6 @@ def outline(story: Story, folder: Folder) -> dict[str, Any]:
         world = folder.uri(path.resolve().relative_to(folder.root).as_posix()) if path else None
     except (Refusal, ValueError):  # one that is built in
         world = None
-    starts = text.program.of(ast.Start)
     return {
         "name": typed.name,
         "world": typed.world,
@@ -42,11 +40,7 @@ def outline(story: Story, folder: Folder) -> dict[str, Any]:
             for wish in text.program.of(ast.Objective)
         ],
         "pins": list(_pins(text)),
-        "start": (
-            starts
-            and {"text": _one_line(starts[-1].condition), "range": text.range_of(starts[-1].span)}
-        )
-        or None,
+        "start": _start(text),
         "numbers": list(_numbers(text, story))[:MOST_NUMBERS],
         "curves": list(_curves(text)),
         "beats": list(_beats(text)),
@@ -67,12 +61,19 @@ def abilities(story: Story) -> dict[str, Any]:
         "suggest": story.typed.search.method != "naive",
         "keep": words.enumerable,
         "events": {event: list(things) for event, things in words.events.items()},
-        "formats": list(FORMATS),
+        "formats": list(drawing.files.offered),
+        "transparent": drawing.files.can_be_transparent,
     }
 
 
 def _one_line(node: ast.Node) -> str:
     return " ".join(node.span.text.split())
+
+
+def _start(text: StoryText) -> dict[str, Any] | None:
+    for start in text.program.of(ast.Start):
+        return {"text": _one_line(start.condition), "range": text.range_of(start.span)}
+    return None
 
 
 def _pins(text: StoryText) -> Iterator[dict[str, Any]]:

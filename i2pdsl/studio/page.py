@@ -8,6 +8,7 @@ import binascii
 import math
 import time
 from collections.abc import Callable, Hashable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from i2pdsl.worlds.kind import Watch
 
 T = TypeVar("T")
+READY = "ready"  # what is compiled before anybody needs it
 SAID_EVERY = 0.08  # seconds between two words about how far something is
 
 
@@ -92,6 +94,7 @@ class Page:
         path, text = self.channel.document(asked.uri, asked.version)
         told = {"uri": asked.uri, "version": asked.version}
         self._asked[asked.uri] = asked
+        self.studio.solver.stop(lambda owner: owner == (id(self), (asked.uri, READY)))
         if path.endswith(".world"):
             return await self.plan(asked, path, text, told)
         folder = self.studio.folder
@@ -129,10 +132,10 @@ class Page:
 
         story = await self.work(asked.uri, told, NOW, first)
         await self.work(asked.uri, told, SOON, again)
+        self.submit((asked.uri, READY), told, IDLE, ready)
         finished = await self.work(asked.uri, told, IDLE, at_last)
         idle = {"stage": "idle", "done": 0, "total": 0, "text": ""}
         self.about(told, "progress", idle)
-        self.channel.spawn(self.work(asked.uri, told, IDLE, ready))
         return {"version": asked.version, "finished": finished}
 
     async def plan(
@@ -154,13 +157,19 @@ class Page:
         return result
 
     async def on_cancel(self, asked: ask.OfDocument) -> dict[str, Any]:
-        uris = (asked.uri, (asked.uri, "candidates"))
+        uris = (asked.uri, (asked.uri, READY), (asked.uri, "candidates"))
         self.studio.solver.stop(lambda owner: owner[0] == id(self) and owner[1] in uris)
         return {}
 
     async def work(
         self, about: Hashable, told: dict[str, Any], urgency: int, do: Callable[[Watch], Any]
     ) -> Any:
+        """What comes of something that is done by the worker."""
+        return await asyncio.wrap_future(self.submit(about, told, urgency, do))
+
+    def submit(
+        self, about: Hashable, told: dict[str, Any], urgency: int, do: Callable[[Watch], Any]
+    ) -> Future[Any]:
         """Has something done by the worker, and tells how far it is; a newer thing about the same
         takes its place."""
         said: tuple[float, str] = 0.0, ""
@@ -174,7 +183,7 @@ class Page:
                 self.about(told, "progress", how)
 
         job = Job((id(self), about), urgency, do, progress)
-        return await asyncio.wrap_future(self.studio.solver.submit(job))
+        return self.studio.solver.submit(job)
 
     async def about_film(
         self, made: Made, what: str, do: Callable[[Watch], dict[str, Any]]

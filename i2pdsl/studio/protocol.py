@@ -1,23 +1,18 @@
 """What the page asks of the server beside the language server protocol: JSON-RPC messages whose
 methods begin with `i2p/` (docs/studio-protocol.md has examples of all of them).
 
-Parameters are dataclasses, read strictly: nothing unknown, nothing of another type, everything of
-bounded size. JSON-RPC 2.0: https://www.jsonrpc.org/specification.
+Parameters are dataclasses, read strictly (reading.py). JSON-RPC 2.0:
+https://www.jsonrpc.org/specification.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, fields
-from functools import cache
-from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from typing import Any
 
 PROTOCOL = 1
 OURS = "i2p/"
 LARGEST_MESSAGE = 8 * 2**20  # bytes of a text frame: an upload, or a long story
-LONGEST_TEXT, MOST_ITEMS = 2**20, 10_000  # characters of a text (but uploads), items of a list
 
 STALE, CANCELLED, STORY, CONFLICT, FILE, REFUSED, USAGE = (
     "stale", "cancelled", "story", "conflict", "file", "refused", "usage",
@@ -297,63 +292,3 @@ REQUESTS: dict[str, type] = {
     "entity": Entity,
 }
 """What each request's parameters are, by its name behind `i2p/`."""
-
-
-def read(shape: type, given: Any) -> Any:
-    """Parameters of a request. Raises Refusal where they are not of its shape."""
-    return _read(shape, {} if given is None else given, "params")
-
-
-@cache
-def _hints(shape: type) -> dict[str, Any]:
-    return get_type_hints(shape)
-
-
-def _read(shape: Any, given: Any, place: str) -> Any:
-    if get_origin(shape) in (Union, UnionType):
-        if given is None and type(None) in get_args(shape):
-            return None
-        (shape,) = (each for each in get_args(shape) if each is not type(None))
-    if get_origin(shape) is list:
-        return [_read(get_args(shape)[0], v, f"{place}[{i}]") for i, v in _items(given, place)]
-    if get_origin(shape) is dict:
-        if not isinstance(given, dict):
-            raise _wrong(place, "an object")
-        _items(list(given), place)
-        return {k: _read(get_args(shape)[1], v, f"{place}.{k[:40]}") for k, v in given.items()}
-    if shape is float and type(given) in (int, float) and math.isfinite(given):
-        return float(given)
-    if shape in (str, int, bool, float):
-        if type(given) is not shape:
-            raise _wrong(place, {str: "a text", int: "a whole number", bool: "true or false"}.get(
-                shape, "a number"))  # fmt: skip
-        if shape is str and len(given) > (
-            LARGEST_MESSAGE if place.endswith(".data") else LONGEST_TEXT
-        ):
-            raise _wrong(place, "a shorter text")
-        if shape is int and abs(given) > 2**31:
-            raise _wrong(place, "a smaller number")
-        return given
-    if not isinstance(given, dict):
-        raise _wrong(place, "an object")
-    known, needed = {f.name for f in fields(shape)}, {
-        f.name for f in fields(shape) if f.default is MISSING
-    }  # fmt: skip
-    for name in given.keys() - known:
-        raise Refusal(USAGE, f"{place} has an unknown `{name[:40]}`")
-    for name in needed - given.keys():
-        raise Refusal(USAGE, f"{place} has no `{name}`")
-    hints = _hints(shape)
-    return shape(**{k: _read(hints[k], v, f"{place}.{k}") for k, v in given.items()})
-
-
-def _items(given: Any, place: str) -> Sequence[tuple[int, Any]]:
-    if not isinstance(given, list):
-        raise _wrong(place, "a list")
-    if len(given) > MOST_ITEMS:
-        raise _wrong(place, "a shorter list")
-    return list(enumerate(given))
-
-
-def _wrong(place: str, expected: str) -> Refusal:
-    return Refusal(USAGE, f"{place} should be {expected}")

@@ -9,6 +9,7 @@ import asyncio
 import secrets
 import shutil
 import tempfile
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
@@ -22,7 +23,7 @@ from i2pdsl.studio.page import Page
 from i2pdsl.studio.protocol import LARGEST_MESSAGE, PROTOCOL
 from i2pdsl.studio.solver import Solver
 
-LOOK_AGAIN = 0.4  # seconds between two looks at the folder
+LOOK_AGAIN, SELDOM = 0.4, 20.0  # seconds between two looks at the folder, or times what one takes
 MOST_MADE = 32  # folders of exported files that are kept until the studio is closed
 
 
@@ -85,11 +86,15 @@ class Studio:
     async def watch(self) -> None:
         """Tells pages what changes in the folder, whoever changed it."""
         self._known = {seen.path: seen for seen in await asyncio.to_thread(self.folder.files)}
+        took = 0.0
         while True:
-            await asyncio.sleep(LOOK_AGAIN)
+            await asyncio.sleep(max(LOOK_AGAIN, SELDOM * took))
             if not self.pages:
                 continue
-            for change in await asyncio.to_thread(self._changes):
+            began = time.monotonic()
+            changes = await asyncio.to_thread(self._changes)
+            took = time.monotonic() - began
+            for change in changes:
                 for page in self.pages:
                     page.channel.notify("changed", change)
 

@@ -8,7 +8,8 @@ from random import Random
 import pytest
 
 from i2pdsl.studio import hands
-from i2pdsl.studio.protocol import Pin, Refusal, Solve, read
+from i2pdsl.studio.protocol import Curve, Entity, Pin, Refusal, Solve
+from i2pdsl.studio.reading import read
 from i2pdsl.studio.text import StoryText
 from studio_for_tests import edited
 
@@ -207,4 +208,22 @@ def test_parameters_are_read_strictly() -> None:
     ):
         with pytest.raises(Refusal):
             read(Pin, wrong)
+    curve = {"uri": "a", "points": [[0, 0.5], [1, 1]], "low": 0}
+    start = {"line": 0, "character": 2}
+    found = read(Curve, {**curve, "range": {"start": start, "end": start}})
+    assert found.points == [[0.0, 0.5], [1.0, 1.0]]
+    assert found.range.start.character == 2
+    for wrong in (
+        {**curve, "points": [[0, float("inf")]]},
+        {**curve, "points": [["0", 1]]},
+        {**curve, "points": [[0, 1]] * 20_000},
+        {**curve, "low": float("nan")},
+        {**curve, "low": 10**400},
+        {**curve, "range": {"start": start}},
+    ):
+        with pytest.raises(Refusal):
+            read(Curve, wrong)
+    assert read(Entity, {"uri": "a", "settings": {"color": "1"}}).settings == {"color": "1"}
+    with pytest.raises(Refusal):
+        read(Entity, {"uri": "a", "settings": {"color": 1}})
     assert read(Solve, {"uri": "a", "version": 2}) == Solve("a", 2, 0, 1)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 class GridDrawing(Drawing):
+    files = GridPictures
+
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> GridPictures:
         if len(scripts) > 1:
             raise one_by_one(scripts)

@@ -17,6 +17,7 @@ from i2pdsl.worlds.hill.world import HillWorld
 
 
 class HillDrawing(Drawing):
+    files = HillPictures
     strip_tells = False
 
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> HillPictures:

@@ -21,6 +21,8 @@ SIDES = 24  # of a round place's outline
 
 
 class PlaneDrawing(Drawing):
+    files = PlanePictures
+
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> PlanePictures:
         from i2pdsl.render.plane.told import performance_of
 
