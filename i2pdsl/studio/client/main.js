@@ -24,6 +24,7 @@ class Studio {
   plays = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   #chosen = null; // the version whose film was chosen by hand
   #progress = "";
+  #solved = null; // the version that is solved as well as it will be
   #shown = null; // the version whose film is on the stage
   #wrong = false;
   #calm = ""; // what is said of a world
@@ -194,6 +195,7 @@ class Studio {
     const { uri, version } = this.text;
     if (uri === null) return;
     this.#progress = "making the film …";
+    this.#solved = null;
     this.#tellState();
     try {
       await this.rpc.request("i2p/solve", { uri, version, seed: 0, effort: 1 });
@@ -204,6 +206,7 @@ class Studio {
       this.said = refused.message;
     }
     if (version !== this.text.version) return;
+    this.#solved = version;
     this.#progress = "";
     this.#tellState();
   }
@@ -224,7 +227,8 @@ class Studio {
       this.panels.others.refresh();
     });
     rpc.on("i2p/progress", (told) => {
-      if (!this.#isPresent(told)) return;
+      // What is looked for besides, such as other films, tells of itself.
+      if (!this.#isPresent(told) || told.version === this.#solved) return;
       const share = told.total ? ` ${told.done} of ${told.total}` : "";
       this.#progress = told.stage === "idle" ? "" : `${told.text || told.stage}${share} …`;
       this.#tellState();
