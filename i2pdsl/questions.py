@@ -17,6 +17,7 @@ import numpy as np
 
 from i2pdsl.answers import optional
 from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.folders import script_files
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, check_query
 from i2pdsl.language.query import check_audience
@@ -96,8 +97,8 @@ def query(
     >>> i2pdsl.query(scripts, {"helps": "P(rho > 0 | script[:T])"}, [None, "bayesian(beta = 1)"])
 
     Args:
-        scripts: scripts, paths of their files, or their content (a Record, or the JSON document
-            as a dict); or a mapping that gives them names.
+        scripts: scripts, paths of their files or of folders that hold some, or their content (a
+            Record, or the JSON document as a dict); or a mapping that gives them names.
         questions: expressions of the language; or a mapping that gives them names.
         audiences: as behind `audience` in a story; None is the story's own, which is asked where
             nothing is given; or a mapping that gives them names.
@@ -131,8 +132,13 @@ def _named_scripts(scripts: Any) -> list[tuple[str, Askable]]:
         return [(str(name), script) for name, script in scripts.items()]
     if isinstance(scripts, Script | Record | str | Path | Mapping):
         scripts = [scripts]
-    named = enumerate(scripts)
-    return [(str(s) if isinstance(s, str | Path) else str(number), s) for number, s in named]
+    found: list[tuple[str, Askable]] = []
+    for number, script in enumerate(scripts):
+        if isinstance(script, str | Path):
+            found += [(str(path), path) for path in script_files(str(script))]
+        else:
+            found.append((str(number), script))
+    return found
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ FLOORS = (
     ("resources", "untrusted", "npz", "computing", "programs"),
     ("language", "planning"),
     ("worlds", "audience", "answers"),
-    ("objective",),
+    ("objective", "folders"),
     ("stored", "scripts", "questions", "tables", "explain"),
     ("search",),
     ("results", "sampling"),

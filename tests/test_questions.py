@@ -216,6 +216,9 @@ def test_scripts_may_be_files_or_what_stands_in_them(tmp_path: Path) -> None:
     table = query(named, asked)
     for name in named:
         assert np.array_equal(rows(table, name, asked).value, scripts()[0].query(asked))
+    folder = query(tmp_path, asked)
+    assert list(dict.fromkeys(folder.script)) == [str(path) for path in paths]
+    assert np.array_equal(folder.value, query(paths, asked).value)
     content["start"]["cheese"] = [9, 9]
     (tmp_path / "wrong.json").write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(StoryError) as wrong:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from i2pdsl.commands.inputs import written_files
 from i2pdsl.errors import Diagnostic, StoryError
+from i2pdsl.folders import written_files
 from i2pdsl.output import DONE, WRONG, output_json, show
 
 

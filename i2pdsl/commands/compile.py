@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.inputs import story_files
 from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
+from i2pdsl.folders import story_files
 from i2pdsl.output import DONE, check_writable, output, output_json, show
 
 if TYPE_CHECKING:

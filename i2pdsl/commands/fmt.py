@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from i2pdsl.commands.inputs import written_files
+from i2pdsl.folders import written_files
 from i2pdsl.output import DONE, WRONG
 
 _MAP = re.compile(r"^map\b", re.MULTILINE)  # every world has one, or says its kind; no story does

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.inputs import story_files
+from i2pdsl.folders import story_files
 from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json, show
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.inputs import script_files, script_or_story
+from i2pdsl.commands.inputs import script_or_story
 from i2pdsl.commands.tables import write_table
+from i2pdsl.folders import script_files
 from i2pdsl.output import DONE, output, output_json, show
 
 if TYPE_CHECKING:

@@ -90,7 +90,8 @@ def replay_all(
     )
     if best:
         seen_by = Belief(frames.log_afterwards[:, 1:])
-        odd[:, 1:] = seen_by.regret(world, np.stack(best, axis=2) - likelihoods).sum(2)
+        with np.errstate(invalid="ignore"):  # of who thinks that nobody is rational: nan
+            odd[:, 1:] = seen_by.regret(world, np.stack(best, axis=2) - likelihoods).sum(2)
     return frames
 
 
