@@ -214,15 +214,17 @@ _ON_PLANES = (
 
 _ON_HILLS = (
     Beginning(
-        "mime", "the box is light, and the hopper moves as if it were heavy", "depict", 400,
-        (("After every frame viewers shall believe that the box is heavy.",
-          "maximize depict(weight = {heavy})"),
-         ("The box shall go up the hill, and the hopper save its strength.",
-          "maximize sum_t (0.3 * [progress(box) @ script[t]]\n"
-          "    - 0.05 * [effort(hopper) @ script[t]])"),
-         ("How the search looks: 50 frames at a time, 40 steps for each.",
-          "search descend(window = 50, overlap = 0, lookahead = 0, steps = 40)")),
-        "(weight = {light})",
+        "mime", "the box is light, and the hopper moves as if it were heavy", "depict", 350,
+        (("After every frame viewers shall believe that the box is heavy, and that the hopper does "
+          "its best.", "maximize depict(weight = {heavy} and will = eager)"),
+         ("Its muscles shall work, up to a half of what they can, and the rope be stretched.",
+          "maximize sum_t (0.2 * min([effort(hopper) @ script[t]], 1.3)\n"
+          "    - 0.1 * [effort(hopper) @ script[t]] + 0.3 * [taut(hopper) @ script[t]])"),
+         ("It shall move as viewers imagine such a hopper: without this it trembles.",
+          "naturalness 1.3"),
+         ("How the search looks: 50 frames at a time, 60 steps for each.",
+          "search descend(seeds = 4, window = 50, overlap = 0, lookahead = 0, steps = 60)")),
+        "(weight = {light}, lazy = 0.1)",
     ),
     Beginning(
         "stumble", "the hopper stumbles half way, and recovers", "", 400,

@@ -6,13 +6,15 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
 
 from i2pdsl.beginnings.roles import kind_called, roles_of
 from i2pdsl.beginnings.table import BEGINNINGS, KINDS, Beginning, holes_of
 from i2pdsl.errors import Source, StoryError, closest, error, shorten, whole_file
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.check import check_source
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.story import TypedStory
+from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.library.description import PatternLibrary
 from i2pdsl.library.fits import example_call, uses_of
 from i2pdsl.worlds.find import vocabulary_of
@@ -153,7 +155,7 @@ def story_text(title: str, beginning: Beginning, place: Place, length: int | Non
     frames = f"length {length or beginning.length}"
     asked = [line for _, line in lines if not line.startswith(_START)]
     bare = "\n".join([world, frames, *asked])
-    check(title, bare, place)
+    words = check(title, bare, place)
 
     def is_right(line: str) -> bool:
         try:
@@ -178,7 +180,7 @@ def story_text(title: str, beginning: Beginning, place: Place, length: int | Non
         comment("More to try: take away the first # of a line.") + "\n"
         + "\n".join(f"# {line}  # {about}" for about, line in more),
         comment("What viewers wonder about here, and so what you can ask for:") + "\n"
-        + "\n".join(_about_latents(place.words)),
+        + "\n".join(_about_latents(words)),
     ]) + "\n"  # fmt: skip
 
 
@@ -199,6 +201,15 @@ def comment(text: str) -> str:
     return "\n".join(f"# {line}" for line in lines)
 
 
-def check(title: str, text: str, place: Place) -> None:
-    """Raises StoryError with what is wrong with a story of this world, wherever that lies."""
-    check_source(Source(title, text), lambda *_: place.words)
+def check(title: str, text: str, place: Place) -> Vocabulary:
+    """What viewers wonder about in a story of this world, with the settings that it has there.
+
+    Raises StoryError with what is wrong with it, wherever that lies.
+    """
+
+    def words(name: str, folder: Path | None = None, settings: Settings = ()) -> Vocabulary:
+        return vocabulary_of(place.spec.with_settings(dict(settings)))
+
+    checked = check_source(Source(title, text), words)
+    assert isinstance(checked, TypedStory)
+    return checked.vocabulary
