@@ -65,11 +65,15 @@ class Seen(NamedTuple):
     succeeded: Array
 
 
-def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) -> Seen:
+def seen(
+    world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None, sensible: bool = True
+) -> Seen:
     """What there is to see in a frame, or in several side by side. `viewers` are those observers
-    to whom it must make sense, where not all are."""
+    to whom it must make sense, where not all are; `sensible`: whether it must at all."""
     xp = frame.log_belief.__array_namespace__()
     regret = frame.of(viewers).regret.mean(-1)
+    if not sensible:
+        regret = xp.zeros_like(regret)
     still = world.stillness(tables, frame.before, frame.state)
     if world.weak_chances:
         return Seen(regret, still, *world.attempts(tables, frame.before, frame.action))
@@ -78,10 +82,16 @@ def seen(world: World, tables: Any, frame: Frame, viewers: ty.Viewers | None) ->
 
 
 def see(
-    world: World, tables: Any, chances: Array, film: Film, frame: Frame, viewers: ty.Viewers | None
+    world: World,
+    tables: Any,
+    chances: Array,
+    film: Film,
+    frame: Frame,
+    viewers: ty.Viewers | None,
+    sensible: bool,
 ) -> Film:
     """One frame further. `chances` are the success probabilities of the weak, [W]."""
-    now = seen(world, tables, frame, viewers)
+    now = seen(world, tables, frame, viewers, sensible)
     film = film._replace(
         regret=film.regret + now.regret,
         still=film.still + now.still,

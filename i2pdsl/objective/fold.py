@@ -98,7 +98,8 @@ def compile_objective(
     built = [compiler.build(e) for _, e in terms]
     seen = None
     if weights.sees_frames:
-        seen = _Seen(len(compiler.numbers), len(world.weak_chances), viewers)
+        sensible = bool(weights.naturalness)  # regret takes as long as a question
+        seen = _Seen(len(compiler.numbers), len(world.weak_chances), viewers, sensible)
         compiler.numbers.extend((*weights, *world.weak_chances))
     compiler.shape += [
         str(seen),
@@ -252,12 +253,13 @@ def _total(scope: Any, own: _Sum) -> Array:
 
 @dataclass(frozen=True)
 class _Seen:
-    """Where the parameters of the terms that look at frames stand, of so many weak characters; and
-    the observers that they are about, where not all are."""
+    """Where the parameters of the terms that look at frames stand, of so many weak characters; the
+    observers that they are about, where not all are; and whether regret counts."""
 
     first: int
     weak: int
     viewers: ty.Viewers | None
+    sensible: bool
 
     @property
     def places(self) -> range:
@@ -371,7 +373,8 @@ def _step(
         film = carry.film
         if seen is not None:
             assert film is not None
-            film = see(world, tables, seen.chances(params), film, frame, seen.viewers)
+            chances = seen.chances(params)
+            film = see(world, tables, chances, film, frame, seen.viewers, seen.sensible)
         frames = carry.frames
         if history:
             assert frames is not None

@@ -150,7 +150,7 @@ def usual_curves(words: Vocabulary) -> list[tuple[str, str]]:
         for latent in words.latents.values()
         if latent.kind != "truth"
     ]
-    found.append(("surprise", "surprise(script[t])"))
+    found.append(("surprise at a frame", "surprise(script[t])"))
     return found
 
 

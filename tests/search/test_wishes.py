@@ -90,7 +90,7 @@ def test_one_wish_alone_is_searched_for_without_the_rest(torn: Story, found: Res
         tables, state = task.world.tables, frames.state[0]
         carry = alone.init(tables, alone.params, state)
         for t in range(1, script.length + 1):
-            frame = type(frames)(*(np.asarray(part[t]) for part in frames))
+            frame = frames.at(t).each(np.asarray)
             carry = alone.step(tables, alone.params, carry, frame)
         scored = float(alone.score(tables, alone.params, carry, frame))
         assert scored == pytest.approx(sign * float(evaluate(task.world, frames, value, None)))
