@@ -564,10 +564,12 @@ def measure(name: str, length: int, count: int, scripts: int, folder: Path, memo
     values = values_of(a, world.tables.continuation, order)
     clocks = clocked({HAND: lambda: jax.block_until_ready(peer_jax.policies(a, *values))}, 1)
     from i2pdsl.worlds.grid.arrays import padded
+    from i2pdsl.worlds.grid.world import with_policies
     from i2pdsl.worlds.world import on_device
 
+    ours_made = lambda: jax.block_until_ready(with_policies(on_device(padded(world.tables))))
     with computing():
-        clocks[OURS] = clocked({OURS: lambda: on_device(padded(world.tables))}, 1)[OURS]
+        clocks[OURS] = clocked({OURS: ours_made}, 1)[OURS]
     report.add_all("tables for beliefs and search", clocks)
     weak = peer_numpy.softmax(a, peer_numpy.q_weak(a, values[0]))
     strong = peer_numpy.softmax(a, peer_numpy.q_strong(a, weak, values[1]))
