@@ -59,8 +59,16 @@ class Desk:
 
     def place(self, who: str) -> tuple[float, float]:
         """Where somebody is on the screen, in pixels."""
-        box = self.page.locator(f'#stage [data-actor="{who}"]').bounding_box()
+        box = self.box(f'#stage [data-actor="{who}"]')
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def box(self, selector: str) -> Any:
+        """Where something is drawn, once it is: a film takes the place of another at any time."""
+        for _ in range(100):
+            if (box := self.page.locator(selector).bounding_box()) is not None:
+                return box
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"{selector} is not drawn")
 
     def spots(self) -> dict[str, tuple[float, float]]:
         """The places that are lit up, and where they are on the screen."""

@@ -130,7 +130,7 @@ def test_a_finger_draws_and_drags_on_a_phone(desk: Any) -> None:
 
     shown.seek(3)
     start = shown.place("robot")
-    box = shown.page.locator("#stage svg").bounding_box()
+    box = shown.box("#stage svg")
     finger(start, (box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"]))
     shown.says(r"pin script\[3\]: at\(robot, \(2, 2\)\)")
     card = shown.page.locator(".arc")
@@ -341,7 +341,7 @@ def test_page_and_text_agree_after_many_edits_during_solves(
         elif what == "pin":
             shown.seek(random.randint(0, 4))
             x, y = shown.place("robot")
-            box = page.locator("#stage svg").bounding_box()
+            box = shown.box("#stage svg")
             target = (
                 box["x"] + random.random() * box["width"],
                 box["y"] + random.random() * box["height"],

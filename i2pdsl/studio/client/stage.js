@@ -240,14 +240,17 @@ export class Stage {
     event.preventDefault();
     let moved = false;
     this.#begin(who);
+    const placing = this.#placing;
+    const isHeld = () => this.#placing === placing; // it may be known meanwhile that there is no place
     follow(
       this.host,
       event,
       (next) => {
         moved ||= Math.hypot(next.clientX - x, next.clientY - y) > 5;
-        if (moved) this.#near(this.#point(next), true);
+        if (moved && isHeld()) this.#near(this.#point(next), true);
       },
       (last, broken) => {
+        if (!isHeld()) return;
         if (broken) this.leave();
         else if (moved) this.#let();
         else this.host.focus(); // only pressed: a place can be chosen with a second press, or keys
@@ -333,7 +336,7 @@ export class Stage {
     const placing = this.#placing;
     if (!placing.spots) {
       placing.waits = () => {
-        this.#near(placing.pointer, true);
+        if (placing.pointer) this.#near(placing.pointer, true);
         this.#let();
       };
       return;
