@@ -57,9 +57,8 @@ def append_turns(
         if rows:
             known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
         number = current.number + 1
-        share = None if current.shares is None else current.shares.belief
-        given = (number, current.state, action, current.log_belief)
-        current = observe(world, tables, *given, known, share)
+        log_belief, share = current.belief
+        current = observe(world, tables, number, current.state, action, log_belief, known, share)
         possible = possible & allowed
         found.append((current, possible))
     return found

@@ -198,12 +198,12 @@ class View:
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    belief, shares = frame.log_belief, frame.shares
-    share = None if shares is None else shares.belief
+    log_belief, share = frame.belief
     if moment.seen is not None:
-        belief = frame.log_expecting[..., moment.seen, :, :]
-        share = None if shares is None else shares.expecting[..., moment.seen, :, :]
-    return View(belief, frame.state, frame, exists, share)
+        log_belief = frame.log_expecting[..., moment.seen, :, :]
+        if frame.shares is not None:
+            share = frame.shares.expecting[..., moment.seen, :, :]
+    return View(log_belief, frame.state, frame, exists, share)
 
 
 class StepScope:

@@ -35,9 +35,8 @@ class HeldScope:
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        shares = self.frame.shares
-        share = None if shares is None else shares.belief
-        return View(self.frame.log_belief, self.frame.state, self.frame, True, share)
+        log_belief, share = self.frame.belief
+        return View(log_belief, self.frame.state, self.frame, True, share)
 
 
 def still(world: World, last: Frame) -> Frame:

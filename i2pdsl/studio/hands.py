@@ -7,6 +7,7 @@ away.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 from i2pdsl.errors import Source, StoryError
@@ -18,10 +19,8 @@ from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal
 from i2pdsl.studio.text import Change, StoryText, parts, whose
 
 HEAD, PINS = (ast.World, ast.LengthIs), (ast.Pin,)
-MOST_POINTS, FINENESS = (
-    12,
-    0.015,
-)  # of a drawn curve: points that are kept, and shares of its height
+MOST_POINTS = 12  # of a drawn curve are kept
+FINENESS = 0.015  # of its height: what is nearer to a line than that needs no point
 WANTED = 4.0  # what a frame counts in which a curve is as far as can be from what was drawn
 
 
@@ -298,7 +297,7 @@ def wish(text: StoryText, statement: str) -> StoryText:
 
 def drawn(points: Sequence[Sequence[float]], low: float, high: float) -> str:
     """`points(...)` of what was drawn: pairs of a share of the film and a height."""
-    if any(len(point) != 2 for point in points) or not low < high:
+    if any(len(point) != 2 for point in points) or not 0 < high - low < math.inf:
         raise Refusal(USAGE, "points are pairs of a share of the film and a height")
     far = high - low
     reach = lambda y: min(max(y, low - far), high + far)
@@ -309,19 +308,9 @@ def drawn(points: Sequence[Sequence[float]], low: float, high: float) -> str:
     fine = FINENESS * far
     while len(kept := _simplified(ways, fine)) > MOST_POINTS:
         fine *= 1.4
-    digits = max(0, 2 - _magnitude(far))
+    digits = max(0, 2 - math.floor(math.log10(far)))
     told = ", ".join(f"({x:g}, {_plain(round(y, digits))})" for x, y in kept)
     return f"points({told})"
-
-
-def _magnitude(size: float) -> int:
-    """The power of ten of a size."""
-    power = 0
-    while size >= 10:
-        size, power = size / 10, power + 1
-    while size < 1:
-        size, power = size * 10, power - 1
-    return power
 
 
 def _plain(value: float) -> str:
