@@ -162,6 +162,15 @@ def _freed_of(
     return [_without_part(text, condition, part) for part in mine[:1]]
 
 
+def during(text: StoryText, first: int, last: int, condition: str) -> StoryText:
+    """A condition holds in frames first..last."""
+    if not 1 <= first <= last <= (text.length or LONGEST_STORY):
+        raise Refusal(USAGE, f"there are no frames {first} to {last}")
+    _check_expression(condition)
+    frames = f"{first}" if first == last else f"{first}..{last}"
+    return text.with_statements([f"pin script[{frames}]: {condition}"], PINS)
+
+
 def move(text: StoryText, frame: int, who: str | None, to: int) -> StoryText:
     """What pins somebody in a frame is said of another frame; of nobody, all that is said there."""
     if to < 1 or frame < 1 or to == frame:
@@ -330,9 +339,14 @@ def _simplified(ways: Sequence[tuple[float, float]], fine: float) -> list[tuple[
 
 def followed(expression: str, curve: str, low: float, high: float) -> str:
     """A wish that an expression follow a curve: squared differences, each frame alike."""
-    try:
-        parse_expression(Source("curve", expression))
-    except StoryError as problem:
-        raise Refusal(USAGE, f"this is no expression: {problem.diagnostics[0].message}") from None
+    _check_expression(expression)
     weight = WANTED / (high - low) ** 2
     return f"minimize {weight:.3g} * sum_t ({expression} - {curve})^2"
+
+
+def _check_expression(text: str) -> None:
+    """Refuses what would be more than an expression, or none, behind a statement's words."""
+    try:
+        parse_expression(Source("typed", text))
+    except StoryError as problem:
+        raise Refusal(USAGE, f"this is no expression: {problem.diagnostics[0].message}") from None

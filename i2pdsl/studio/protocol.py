@@ -145,9 +145,28 @@ class Play(OfDocument):
 
 @dataclass(frozen=True)
 class Pin(Play):
-    """`i2p/pin`: None for nowhere."""
+    """`i2p/pin`: at a place (None for nowhere), or at a point of the stage that shows a film."""
 
     place: str | None = None
+    film: str | None = None
+    at: list[float] | None = None
+
+
+@dataclass(frozen=True)
+class Stretch(OfFilm):
+    """`i2p/during`: what can be said of frames first..last."""
+
+    first: int = 1
+    last: int = 1
+
+
+@dataclass(frozen=True)
+class Say(OfDocument):
+    """`i2p/say`: a condition holds in frames first..last."""
+
+    first: int = 1
+    last: int = 1
+    condition: str = ""
 
 
 @dataclass(frozen=True)
@@ -279,6 +298,8 @@ REQUESTS: dict[str, type] = {
     "export": Export,
     "play": Play,
     "pin": Pin,
+    "during": Stretch,
+    "say": Say,
     "unpin": Unpin,
     "move": Move,
     "hold": Hold,
