@@ -29,8 +29,8 @@ def allowed_starts(world: World, condition: ty.Typed | None) -> np.ndarray:
     if condition is None:
         return world.starts()
     features = [node for node in ty.walk(condition) if isinstance(node, ty.Feature)]
-    named = (a for node in features for a in node.arguments if isinstance(a, ty.Point))
-    states = world.starts(tuple(dict.fromkeys(named)))
+    points = [a for node in features for a in node.arguments if isinstance(a, ty.Point)]
+    states = world.starts(tuple(dict.fromkeys(points))) if points else world.starts()
     compiler = Compiler(world, 0)
     closure = compiler.build(condition)
     with np.errstate(all="ignore"):  # 1/0 is infinite, as in a query

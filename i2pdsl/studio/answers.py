@@ -92,7 +92,8 @@ async def unpin(page: Page, asked: ask.Unpin) -> dict[str, Any]:
     from i2pdsl.studio import hands
 
     who = _who(asked.who) if asked.who else None
-    return await by_hand(page, asked, lambda text: hands.unpin(text, asked.frame, who))
+    do = lambda text: hands.unpin(text, asked.frame, who, asked.last)
+    return await by_hand(page, asked, do)
 
 
 @answers

@@ -87,16 +87,21 @@ def _start(text: StoryText, who: str, condition: str) -> StoryText:
     return text.with_changes([Change(told.span.start, told.span.end, together)])
 
 
-def unpin(text: StoryText, frame: int, who: str | None) -> StoryText:
-    """A frame without what pins it, or without what pins somebody in it."""
+def unpin(text: StoryText, frame: int, who: str | None, last: int | None = None) -> StoryText:
+    """A frame without what pins it, or without what pins somebody in it; with `last`, that only
+    which pins these frames together."""
     changes = []
     if frame == 0:
         for start in text.program.of(ast.Start):
             changes += _freed_of(text, start, start.condition, who)
     for statement in text.program.of(ast.Pin):
         frames = text.frames(statement)
-        if frames is not None and frame in frames:
+        if frames is None or frame not in frames:
+            continue
+        if last is None:
             changes += _freed(text, statement, frame, who)
+        elif frames == range(frame, last + 1):
+            changes += _freed_at_all(text, statement, who)
     if not changes:
         raise Refusal(USAGE, "nothing is pinned there")
     return text.with_changes(changes)
@@ -107,18 +112,7 @@ def _freed(text: StoryText, pin: ast.Pin, frame: int, who: str | None) -> list[C
     frames = text.frames(pin)
     assert frames is not None
     if len(frames) == 1:
-        if pin.condition is not None:
-            return _freed_of(text, pin, pin.condition, who)
-        acts = _acts(pin)
-        mine = [act for act in acts if same_name(act.who.id) == who]
-        if who is None or (mine and len(acts) == 1):
-            return [text.without(pin.span)]
-        if not mine:
-            return []
-        number = acts.index(mine[0])
-        if number:
-            return [Change(acts[number - 1].span.end, mine[0].span.end, "")]
-        return [Change(mine[0].span.start, acts[1].span.start, "")]
+        return _freed_at_all(text, pin, who)
     if who is not None and not _speaks_of(pin, who):
         return []
     behind = text.text[_behind(text, pin) : pin.span.end]
@@ -129,6 +123,22 @@ def _freed(text: StoryText, pin: ast.Pin, frame: int, who: str | None) -> list[C
         if first <= last
     ]
     return [Change(pin.span.start, pin.span.end, "\n".join(left))]
+
+
+def _freed_at_all(text: StoryText, pin: ast.Pin, who: str | None) -> list[Change]:
+    """A statement without what it says of somebody, in all of its frames."""
+    if pin.condition is not None:
+        return _freed_of(text, pin, pin.condition, who)
+    acts = _acts(pin)
+    mine = [act for act in acts if same_name(act.who.id) == who]
+    if who is None or (mine and len(acts) == 1):
+        return [text.without(pin.span)]
+    if not mine:
+        return []
+    number = acts.index(mine[0])
+    if number:
+        return [Change(acts[number - 1].span.end, mine[0].span.end, "")]
+    return [Change(mine[0].span.start, acts[1].span.start, "")]
 
 
 def _behind(text: StoryText, pin: ast.Pin) -> int:

@@ -171,10 +171,11 @@ class Say(OfDocument):
 
 @dataclass(frozen=True)
 class Unpin(OfDocument):
-    """`i2p/unpin`."""
+    """`i2p/unpin`: what pins a frame, or frames up to `last` together."""
 
     frame: int = 0
     who: str | None = None
+    last: int | None = None
 
 
 @dataclass(frozen=True)

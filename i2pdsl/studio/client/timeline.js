@@ -338,8 +338,9 @@ export class Timeline {
     );
   }
 
-  #unpin({ frame, who }) {
-    this.studio.byHand("i2p/unpin", { frame, who: who ?? null });
+  #unpin({ frame, last = frame, who }) {
+    const together = last > frame ? { last } : {};
+    this.studio.byHand("i2p/unpin", { frame, who: who ?? null, ...together });
   }
 
   #moment(moment, i) {
