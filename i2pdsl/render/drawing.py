@@ -110,6 +110,11 @@ class Drawing(ABC):
         none without a story."""
         return ""
 
+    def units(self, spec: Any) -> tuple[Point, Point] | None:
+        """How points of the empty stage are places of a file: (a, b) and (c, d), so that (x, y) is
+        (a x + b, c y + d); None where places are not told by numbers."""
+        return None
+
     def spots(self, spec: Any) -> list[Spot]:
         """Where characters and objects can be put by hand; nowhere where stories have no words
         for it."""

@@ -335,7 +335,7 @@ async def size(page: Page, asked: ask.Size) -> dict[str, Any]:
 async def entity(page: Page, asked: ask.Entity) -> dict[str, Any]:
     from i2pdsl.studio import worlds
 
-    given = asked.what, asked.name, asked.settings
+    given = asked.what, asked.name, asked.settings, asked.another
     do = lambda text, path: worlds.with_block(text, path, *given)
     return await _world_by_hand(page, asked, do)
 

@@ -272,11 +272,13 @@ class Size(OfDocument):
 
 @dataclass(frozen=True)
 class Entity(OfDocument):
-    """`i2p/entity`: a block of a world's file; without settings it goes."""
+    """`i2p/entity`: a block of a world's file; without settings it goes, an empty one goes; with
+    `another` there is one more of its kind."""
 
     what: str = "character"
     name: str = ""
     settings: dict[str, str] | None = None
+    another: bool = False
 
 
 REQUESTS: dict[str, type] = {

@@ -60,6 +60,12 @@ class PlaneDrawing(Drawing):
         drawn = stage.still([Performance("", spec, first, captions=("",))])
         return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{stage.box}">{drawn}</svg>'
 
+    def units(self, spec: PlaneSpec) -> tuple[Point, Point]:
+        from i2pdsl.render.plane.page import page_view
+
+        scale = page_view(spec).scale
+        return (1 / scale, 0.0), (-1 / scale, spec.height)
+
     def spots(self, spec: PlaneSpec) -> list[Spot]:
         """Its places; all other points are there, too."""
         from i2pdsl.render.plane.page import page_view
