@@ -1,5 +1,5 @@
 // The film, and hands on it: somebody who is dragged to another place is pinned there.
-import { clamp, follow, h, s } from "./dom.js";
+import { clamp, focusedBeside, follow, h, s } from "./dom.js";
 import { filmHost, mountFilm } from "./mounted.js";
 
 const PIN = "M0 0C-9 -11 -10 -16 -10 -20a10 10 0 0 1 20 0c0 4 -1 9 -10 20z";
@@ -283,7 +283,7 @@ export class Stage {
     const where = placing.room ? "anywhere that is lit" : `in ${count} places`;
     this.#say(`${who} can be ${where} in frame ${placing.frame}. Arrow keys choose, Enter pins.`);
     if (placing.waits) placing.waits();
-    else if (document.activeElement?.dataset?.who === who) {
+    else if (focusedBeside(this.cast)?.dataset.who === who) {
       this.host.focus();
       this.#near(this.#at(who, placing.frame) ?? placing.spots[0]?.at ?? [0, 0]);
     } else if (placing.pointer) this.#near(placing.pointer, true);

@@ -1,5 +1,5 @@
 // The film's time: to play and to go along it, with pins and the story's own moments on it.
-import { clamp, follow, h, icon, s } from "./dom.js";
+import { clamp, focusedBeside, follow, h, icon, s } from "./dom.js";
 import { During } from "./during.js";
 
 const SPEEDS = [0.5, 1, 2, 4];
@@ -28,6 +28,7 @@ export class Timeline {
 
   constructor(host, studio) {
     this.studio = studio;
+    this.host = host;
     const button = (name, path, act, more = {}) =>
       h(
         "button",
@@ -72,6 +73,16 @@ export class Timeline {
     this.speed.value = "1";
     const hand = (what) => () =>
       this.studio.byHand("i2p/edit", { what, frame: Math.max(1, this.studio.frame) });
+    this.holds = h(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        title: "Pins all up to this frame as it is; what comes after is found anew",
+        click: () => this.#hold(),
+      },
+      "Hold to here",
+    );
     this.tools = h(
       "div",
       { class: "turns", role: "group", "aria-label": "Turns" },
@@ -105,17 +116,7 @@ export class Timeline {
         },
         "Pin a stretch",
       ),
-      h(
-        "button",
-        {
-          type: "button",
-          class: "quiet",
-          id: "hold",
-          title: "Pins all up to this frame as it is; what comes after is found anew",
-          click: () => this.#hold(),
-        },
-        "Hold to here",
-      ),
+      this.holds,
     );
     host.append(
       h("div", { class: "track" }, this.#beats, this.#moments, this.scrubber, this.#pins),
@@ -193,16 +194,16 @@ export class Timeline {
   /** Draws pins and moments as the text has them. */
   refresh() {
     const { pins = [], numbers = [], beats = [] } = this.studio.story ?? {};
-    const focused = document.activeElement?.dataset?.key;
+    const focused = focusedBeside(this.host)?.dataset.key;
     const rows = this.#rows(pins);
     this.#pins.replaceChildren(this.#marking, ...pins.map((pin, i) => this.#pin(pin, i)));
     [...this.#pins.children].slice(1).forEach((node, i) => node.style.setProperty("--row", rows[i]));
     this.#pins.style.setProperty("--rows", Math.max(0, ...rows) + 1);
-    document.getElementById("hold").hidden = !(this.studio.story?.can.hold ?? true);
+    this.holds.hidden = !(this.studio.story?.can.hold ?? true);
     const moments = numbers.filter(({ frame }) => frame !== null && frame !== undefined);
     this.#moments.replaceChildren(...moments.map((moment, i) => this.#moment(moment, i)));
     this.#beats.replaceChildren(...beats.map((beat, i) => this.#beat(beat, i, beats.length)));
-    if (focused) document.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
+    if (focused) this.host.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
   }
 
   /** The row of each pin: those that would lie on each other lie below each other. */
