@@ -69,6 +69,7 @@ LASTING: Options = {
     "xla_cpu_experimental_ynn_fusion_type": "",
 }
 BRIEF: Options = {**LASTING, LEVEL: "0"}
+FOR_HOURS: Options = {LEVEL: "3", "xla_llvm_disable_expensive_passes": False}  # XLA's own default
 
 _memory: dict[tuple[str, bool], Program] = {}
 _MOST_KEPT = 64  # programs in memory: who edits stories for hours asks for one after the other

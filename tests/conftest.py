@@ -9,6 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-test-cache"))
+# Threads of a BLAS wait for each other by spinning: on a busy machine that takes 40 times as long as
+# the products of our small matrices.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# What tests compute by JAX themselves is single operations and what is run a few times: most of
+# their time goes into compiling. Our own programs have options of their own (programs.py).
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
+os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 
 import pytest
 

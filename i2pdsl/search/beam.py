@@ -200,7 +200,7 @@ def prepare_beam(
     rule = Rule(np.int32(1), np.int32(1), np.bool_(False))
     given = _stacked([np.zeros(places)] * devices, [rule] * devices)
     arguments = (tables, params, *given)
-    scripts = count * width + budget
+    scripts = max(places, count * width + budget)
     brief = expected_seconds(world, objective, length, scripts, events) < BRIEF_SECONDS
     program = compiled_program(key, search, arguments, (0, 0), say, brief, apart=(2, 3))
     tables, params = on_devices((tables, params), devices)
@@ -281,8 +281,8 @@ def expected_seconds(
 ) -> float:
     """How long it takes to search so many scripts side by side, roughly."""
     children = branching(world, events)
-    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
-    looks += children if objective.looks_around else 0
+    looks = 1 + len(objective.suffix_turns) + (children if objective.looks_around else 0)
+    looks *= 1 + length if objective.keeps_history else 1
     child = children * world.tables.log_prior.size * looks * CHILD_SECONDS
     return scripts * length * child / min(WORKERS, processors())
 
