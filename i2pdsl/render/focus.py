@@ -17,7 +17,7 @@ from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, even
 from i2pdsl.render.files import UNSURE, percent
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
-from i2pdsl.worlds.hypotheses import ATTITUDE
+from i2pdsl.worlds.hypotheses import is_attitude
 
 Sentence = Callable[[Claims, Claims], tuple[str, str]]
 """An event, and the condition that it is taken under: its name, and what those think who believe
@@ -87,7 +87,7 @@ def focus_of(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Foc
     fortunes, asked = _fortunes(script), _asked(script, panels, sentence)
     if asked is None:
         usual = [p for p in panels if p.latent]
-        told = tuple([p for p in usual if p.latent == ATTITUDE] or usual[:2])
+        told = tuple([p for p in usual if is_attitude(p.latent)] or usual[:2])
         asked = Focus(told[0] if told else None, told)
         first = fortunes
     else:
@@ -147,7 +147,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     subjects = [s for s in script.subjects if not isinstance(s.about, ty.ValueAt)]
     latents = list(dict.fromkeys(x for s in subjects for x in latents_of(words, s)))
     told = [p for p in panels if p.latent in latents]
-    told.sort(key=lambda p: p.latent != ATTITUDE)  # what one means to another is told first
+    told.sort(key=lambda p: not is_attitude(p.latent))  # what one means to another is told first
     events = [s for s in subjects if isinstance(s.about, tuple)]
     conditions = {s.given for s in events}
     if any(script.audience_of(s.viewers).name != VIEWERS for s in events):

@@ -420,6 +420,10 @@ class BlockReader:
                 return Value(span, same_name(str(parts[0])[1:-1]), "text")
             case "pair":
                 return Value(span, (self.value(parts[1]), self.value(parts[3])), "pair")
+            case "mapping":
+                shares = [part.children for part in parts if isinstance(part, Tree)]
+                pairs = [(self.value(key), self.value(item)) for key, _, item in shares]
+                return Value(span, pairs, "mapping")
             case _:
                 items = [self.value(p) for p in parts if isinstance(p, Tree)]
                 return Value(span, items, "list")

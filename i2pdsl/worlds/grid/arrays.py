@@ -3,6 +3,7 @@ and the letters of their shapes, says model.py."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -36,7 +37,7 @@ class Tables(NamedTuple):
         forgetting [O]: share of belief that is reassigned after each action.
         switching: how each character's goal changes after its actions; empty if none does.
         layer []: S, where there is a horizon; else None.
-        against: what each character expects of the other who acts together with it; else None.
+        against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
     """
@@ -59,7 +60,7 @@ class Tables(NamedTuple):
     forgetting: Array
     switching: tuple[Switching, ...] = ()
     layer: Array | None = None
-    against: tuple[Against, ...] | None = None
+    against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
 
 
@@ -141,8 +142,7 @@ class Moves:
 
     @property
     def turn_count(self) -> int:
-        first, *rest = self.counts
-        return first * (rest[0] if rest else 1)
+        return math.prod(self.counts)
 
 
 def namespace(array: Array) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
@@ -20,8 +21,8 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "goals": list(c.goals),
                 "pushes": list(c.pushes),
                 **({"pulls": list(c.pulls)} if c.pulls else {}),
-                "toward": c.toward,
-                "models": c.models,
+                "toward": _one([name for name, _ in c.attitudes]),
+                "models": _one(c.models),
             }
             for c in spec.characters
         ],
@@ -33,6 +34,11 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
         **({"order": "together"} if spec.together else {}),
         "tiles": [{"name": t.name, "cells": [list(c) for c in t.cells]} for t in spec.tiles],
     }
+
+
+def _one(names: Sequence[str]) -> str | list[str] | None:
+    """None, the only one, or all of several."""
+    return (names[0] if names else None) if len(names) < 2 else [*names]
 
 
 def map_in_words(spec: GridSpec) -> list[str]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from itertools import product
 
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, of_one, of_two, rationality_of
+from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, hypotheses_of, rationality_of
 
 
 def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
@@ -15,13 +15,9 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
     `merged` counts each distinguishable hypothesis once; `literal` takes the paper's tuple word
     by word, every irrational robot once for each of its goals and attitudes (72 in the kitchen).
     """
-    if len(spec.characters) == 1:
-        return of_one(spec.characters[0])
-    if spec.settings.hypotheses == "literal":
+    if len(spec.characters) == 2 and spec.settings.hypotheses == "literal":
         return _literal(spec)
-    modeller = spec.modeller or spec.characters[1]
-    modelled = next(c for c in spec.characters if c.name != modeller.name)
-    return of_two(modelled, modeller, lambda goal, rho: rho == 0 and goal == NO_GOAL)
+    return hypotheses_of(spec.by_depth, lambda goal: goal == NO_GOAL)
 
 
 def _literal(spec: GridSpec) -> tuple[Hypothesis, ...]:
@@ -29,14 +25,14 @@ def _literal(spec: GridSpec) -> tuple[Hypothesis, ...]:
 
     What plays no part is left out of a row, so that equal rows stand here several times.
     """
-    modeller = spec.modeller or spec.characters[1]
-    modelled = next(c for c in spec.characters if c.name != modeller.name)
+    modelled, modeller = spec.by_depth
+    rhos = dict(modeller.attitudes).get(modelled.name, ())
     g1, r1 = goal_of(modelled.name), rationality_of(modelled.name)
     g2, r2 = goal_of(modeller.name), rationality_of(modeller.name)
     rows: list[Hypothesis] = []
     for first, second in product((True, False), (True, False)):
-        attitudes: tuple[float | None, ...] = modeller.attitude or (None,)
-        if not first and modeller.attitude:
+        attitudes: tuple[float | None, ...] = rhos or (None,)
+        if not first and rhos:
             attitudes = (0.0,)
         for goal1, goal2, rho in product(modelled.goals, modeller.goals, attitudes):
             row: Hypothesis = {r1: first, r2: second}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
@@ -47,7 +48,7 @@ class GridKind(Kind):
 
     def imagined_otherwise(self, spec: GridSpec) -> GridSpec | None:
         """With the other level 0, where anybody is modelled."""
-        if spec.modeller is None:
+        if not any(c.models for c in spec.characters):
             return None
         other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
         return spec.with_settings({"level0": other})
@@ -169,8 +170,9 @@ class GridKind(Kind):
         return distance(world, first, second) / APART
 
     def meet(self, world: GridWorld, states: np.ndarray) -> bool:
-        alone = len(world.spec.characters) < 2
-        return alone or bool(world.feature(world.tables, "adjacent", (0, 1), states).any())
+        pairs = list(combinations(range(len(world.spec.characters)), 2))
+        touch = (world.feature(world.tables, "adjacent", pair, states).any() for pair in pairs)
+        return not pairs or any(map(bool, touch))
 
     # By hand.
 

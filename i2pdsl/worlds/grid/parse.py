@@ -14,7 +14,7 @@ from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
-from i2pdsl.worlds.blocks import Block, header
+from i2pdsl.worlds.blocks import Block, Value, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
@@ -33,10 +33,19 @@ from i2pdsl.worlds.grid.spec import (
 )
 from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, latents_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    ATTITUDE,
+    attitudes_of,
+    count_at_most,
+    goal_of,
+    latents_of,
+    rationality_of,
+)
 
 EVENTS = ("deus",)
 TOGETHER = "together"
+MOST_CHARACTERS = 4
+MOST_HYPOTHESES = 4096
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
@@ -115,6 +124,7 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
+        self.check_cast(characters)
         shares = self.shares(latents_of(characters))
         if shares and not self.problems:
             self.check_prior(shares, grid_hypotheses(spec))
@@ -127,6 +137,22 @@ class _Reader(MapReader):
             hint = "every character has a cell, and every object that is never absent"
             self.problem("world-map", message, self.map_span, hint)
         return spec
+
+    def check_cast(self, characters: tuple[Character, ...]) -> None:
+        """Reports a cast of which too much may be true, or latents of one name."""
+        at = {block.name: block.span for block in self.blocks if block.keyword == "character"}
+        latents: dict[str, str] = {}
+        for each in attitudes_of(characters):
+            if each.latent in latents:
+                message = f"`{each.who}` and `{latents[each.latent]}` both have a `{each.latent}`"
+                hint = "give one of them a name without `_`"
+                self.problem("world-cast", message, at[each.who], hint)
+            latents[each.latent] = each.who
+        count = count_at_most(characters)
+        if count > MOST_HYPOTHESES:
+            message = f"viewers would hold up to {count:,} hypotheses about this cast"
+            hint = f"fewer goals or values of attitudes: at most {MOST_HYPOTHESES:,}"
+            self.problem("too-large", message, at[characters[-1].name], hint)
 
     def walls_between(self, rows: list[str]) -> tuple[tuple[Cell, Cell], ...]:
         """The walls between free cells; beside a cell that is a wall they change nothing."""
@@ -357,22 +383,31 @@ class _Reader(MapReader):
         if not blocks and not self.incomplete:
             hint = "add `character NAME`"
             self.problem("world-cast", "the world has no character", whole, hint)
-        for block in blocks[2:]:
-            message = "a world has one or two characters, this is another"
+        for block in blocks[MOST_CHARACTERS:]:
+            message = f"a world has at most {MOST_CHARACTERS} characters, this is another"
             self.problem("world-cast", message, block.span)
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
-        fond = [b for b, c in zip(blocks, found, strict=True) if c.toward]
-        if len(fond) > 1:
-            hint = "the one with an attitude models the other"
-            message = "only one character can have an attitude"
-            note = Note("the other one", fond[0].keys["toward"])
-            self.problem("world-cast", message, fond[1].keys["toward"], hint, note)
-        elif len(found) == 2 and all(c.toward or c.models for c in found):
-            message = "two characters cannot model each other"
-            self.problem("world-cast", message, blocks[1].span, "remove one of the two")
-        return found
+        return self.without_circles(blocks, found)
+
+    def without_circles(
+        self, blocks: list[Block], found: tuple[Character, ...]
+    ) -> tuple[Character, ...]:
+        """The characters; if some model each other in a circle that is a mistake, and they model
+        nobody."""
+        left, names = list(found), {c.name for c in found}
+        while any(not names & {*c.models} for c in left):
+            left = [c for c in left if names & {*c.models}]
+            names = {c.name for c in left}
+        if not left:
+            return found
+        last = next(b for b in reversed(blocks) if b.name in names)
+        span = next(last.keys[key] for key in ("toward", "models") if key in last.keys)
+        circle = " and ".join(f"`{c.name}`" for c in left)
+        hint = "whoever has an attitude toward another models it; leave out one of them"
+        self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
+        return tuple(replace(c, models=(), attitudes=()) for c in found)
 
     def one_character(
         self,
@@ -390,38 +425,60 @@ class _Reader(MapReader):
         goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
-        toward = self.words(block, "toward", others, "other character")
+        attitudes = self.attitudes(block, others)
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
             hint = f"leave the line out, or write `goals = {{{NO_GOAL}}}`"
             span = block.entries["goals"].span
             self.problem("world-value", f"`{block.name}` needs a goal", span, hint)
-        attitude = self.attitude(block, "toward" in block.entries)
+        toward = tuple(name for name, _ in attitudes)
         return Character(
             block.name,
             success,
             goals,
             pushes,
             pulls,
-            toward[0] if toward else None,
-            attitude,
-            toward[0] if toward else models[0] if models else None,
+            attitudes,
+            toward + tuple(name for name in models if name not in toward),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )
 
-    def attitude(self, block: Block, has_target: bool) -> tuple[float, ...]:
-        value = block.entries.get("attitude")
-        if value is None:
-            if has_target and not block.damaged:
+    def attitudes(
+        self, block: Block, others: tuple[str, ...]
+    ) -> tuple[tuple[str, tuple[float, ...]], ...]:
+        """Whom a character has an attitude to, and its values: those of `attitude`, or those that
+        stand beside each in `toward`."""
+        toward, values = block.entries.get("toward"), block.entries.get("attitude")
+        if toward is not None and toward.kind == "mapping":
+            if values is not None:
+                message = "the values of each attitude stand in `toward`"
+                hint = "remove the line, or write `toward = NAME`"
+                self.problem("world-cast", message, block.keys["attitude"], hint)
+            found: dict[str, tuple[float, ...]] = {}
+            for who, several in toward.value:
+                alone = replace(block, entries={"toward": who})
+                for name in self.words(alone, "toward", others, "other character"):
+                    if name in found:
+                        self.problem("duplicate", f"`{name}` is given twice", who.span)
+                    found[name] = self.numbers(several)
+            return tuple(found.items())
+        names = self.words(block, "toward", others, "other character")
+        if values is None:
+            if toward is not None and not block.damaged:
                 message = f"`{block.name}` has no attitude toward anyone"
                 hint = "give its values: attitude = {-1, 0, 1}"
                 self.problem("world-cast", message, block.keys["toward"], hint)
             return ()
-        if not has_target and not block.damaged:
-            hint = "add `toward = NAME` of the other character"
+        if toward is None and not block.damaged:
+            hint = "add `toward = NAME` of another character"
             self.problem("world-cast", "an attitude toward whom?", block.keys["attitude"], hint)
+        numbers = self.numbers(values)
+        return tuple((name, numbers) for name in names)
+
+    def numbers(self, value: Value) -> tuple[float, ...]:
+        """The values of an attitude."""
         items = value.value if value.kind == "list" else [value]
         numbers: dict[float, None] = {}
         for item in items:
@@ -490,14 +547,18 @@ class _Reader(MapReader):
             value = block.entries["order"]
             if value.kind == "name" and value.value == TOGETHER and TOGETHER not in names:
                 self.together = len(characters) == 2
-                if len(characters) == 1 and not self.incomplete:
-                    self.problem("world-value", "there is only one character", value.span)
+                if not self.together and not self.incomplete:
+                    alone = len(characters) == 1
+                    message = f"there {'is' if alone else 'are'} {'only one' if alone else 'more'}"
+                    message += f" character{'' if alone else 's than two'}"
+                    hint = None if alone else "two can act at the same time; or give their order"
+                    self.problem("world-value", message, value.span, hint)
                 continue
             before = len(self.problems)
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
                 return tuple(next(c for c in characters if c.name == n) for n in order)
-            unsure = self.incomplete or self.unsure or len(characters) > 2
+            unsure = self.incomplete or self.unsure or len(characters) > MOST_CHARACTERS
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
                 both = f"or `order = {TOGETHER}`: both at the same time"

@@ -95,9 +95,8 @@ def kept_in_words(world: GridWorld, path: Trajectory, first: int, last: int) -> 
 
 
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
-    counts = world.moves.counts
-    numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]
-    return [world.moves.outcomes(who)[n] for who, n in enumerate(numbers)]
+    numbers = np.unravel_index(action, world.moves.counts)
+    return [world.moves.outcomes(who)[int(n)] for who, n in enumerate(numbers)]
 
 
 def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:

@@ -36,16 +36,20 @@ class Tile:
 
 @dataclass(frozen=True)
 class Character:
-    """Someone who acts. `toward` names the other character whom this one has an attitude to."""
+    """Someone who acts.
+
+    Attributes:
+        attitudes: the others whom this one has an attitude to, and how large that may be.
+        models: the others whose plans this one sees through; those of `attitudes` are among them.
+    """
 
     name: str
     success: float = 1.0
     goals: tuple[str, ...] = ()
     pushes: tuple[str, ...] = ()
     pulls: tuple[str, ...] = ()
-    toward: str | None = None
-    attitude: tuple[float, ...] = ()
-    models: str | None = None
+    attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    models: tuple[str, ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
@@ -119,7 +123,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class GridSpec:
-    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting.
+    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting. Who
+    models whom has no circles.
 
     Attributes:
         walls: pairs of neighbouring cells between which there is a wall, the northern or western
@@ -217,15 +222,16 @@ class GridSpec:
         """How many frames planning tells apart: those of the horizon, or all are alike."""
         return max(1, self.settings.horizon)
 
-    @property
-    def social(self) -> Character | None:
-        """The character with an attitude, if there is one."""
-        return next((c for c in self.characters if c.toward), None)
-
-    @property
-    def modeller(self) -> Character | None:
-        """The character who plans against the other's policy (level 2), if there is one."""
-        return self.social or next((c for c in self.characters if c.models), None)
+    @cached_property
+    def by_depth(self) -> tuple[Character, ...]:
+        """The characters, each after those whom it models; else in the order of acting."""
+        found: list[Character] = []
+        while len(found) < len(self.characters):
+            known = {c.name for c in found}
+            found.append(
+                next(c for c in self.characters if c not in found and known >= {*c.models})
+            )
+        return tuple(found)
 
     def character(self, name: str) -> Character:
         return next(c for c in self.characters if c.name == name)
