@@ -26,6 +26,11 @@ def rationality_of(name: str) -> str:
     return f"R_{name}"
 
 
+def attitude_of(name: str, toward: str) -> str:
+    """The latent that holds how much one cares about another, where there are several such."""
+    return f"{ATTITUDE}_{name}_{toward}"
+
+
 def is_attitude(latent: str) -> bool:
     """Whether a latent holds how much somebody cares about another."""
     return latent == ATTITUDE or latent.startswith(f"{ATTITUDE}_")
@@ -64,7 +69,7 @@ class Attitude:
 def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
     """All attitudes of a cast."""
     pairs = [(c.name, toward, values) for c in characters for toward, values in c.attitudes]
-    names = [f"{ATTITUDE}_{who}_{toward}" for who, toward, _ in pairs]
+    names = [attitude_of(who, toward) for who, toward, _ in pairs]
     latents = names if len(pairs) > 1 else [ATTITUDE]
     return tuple(Attitude(name, *pair) for name, pair in zip(latents, pairs, strict=False))
 
@@ -134,7 +139,10 @@ def _attitudes_where(
     return free, {each.latent: 0.0 for each in mine if each not in free}, held
 
 
-def count_at_most(characters: Sequence[Minded]) -> int:
-    """No more than so many hypotheses there are, without listing them."""
-    cares = math.prod(1 + len(each.values) for each in attitudes_of(characters))
-    return cares * math.prod(1 + len(c.goals) for c in characters)
+def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
+    """No more than so many hypotheses there are, without listing them; `literal`: each irrational
+    one once for each of its goals and attitudes."""
+    more = 0 if literal else 1
+    cares = math.prod(more + len(each.values) for each in attitudes_of(characters))
+    wants = math.prod(more + len(c.goals) for c in characters)
+    return cares * wants * (2 ** len(characters) if literal else 1)

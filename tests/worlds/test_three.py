@@ -4,6 +4,8 @@ docs/worlds.md, "Three and more"."""
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -21,6 +23,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.pipeline import Story
+from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
@@ -131,9 +134,9 @@ class Case:
 
 
 CASES = {
-    # A chain; the last one cares about both. All rational: 2 goals of the queen, 3 + 2 of the fox's
-    # (goal, rho), 2 x 3 of the bear's: 60. The queen irrational: 2 of the fox's, 2 of the bear's: 4.
-    # The fox irrational: 2 x 2; both: 1. The same without the bear, who is irrational: 10 + 2 + 2 + 1.
+    # A chain; the last one cares about both. All rational: 2 goals of the queen, 3 + 2 of the
+    # fox's (goal, rho), 2 x 3 of the bear's. The queen irrational: 2 of the fox's, 2 of the bear's.
+    # The fox irrational: 2 x 2; both: 1. The bear irrational: 2 x 5, 2, 2 and 1.
     "court": Case(
         COURT,
         ("...", "..."),
@@ -151,8 +154,8 @@ CASES = {
         },
         60 + 4 + 4 + 1 + 10 + 2 + 2 + 1,
     ),
-    # Two care about one and do not model each other. Beside a rational ewe of 2 goals rex has 2, and
-    # 1 if irrational, tom 3 and 1; beside an irrational one rex 1 and 1, tom 2 and 1.
+    # Two care about one and do not model each other. Beside a rational ewe of 2 goals rex has 2,
+    # and 1 if irrational, tom 3 and 1; beside an irrational one rex 1 and 1, tom 2 and 1.
     "fold": Case(
         FOLD,
         ("..#", "...", ".##"),
@@ -191,6 +194,13 @@ CASES = {
 }
 
 
+def reference_of(name: str) -> dict:
+    """The arguments of reference.World."""
+    case = CASES[name]
+    told = {"rows": case.rows, "tiles": case.tiles, "characters": case.characters}
+    return told | case.settings
+
+
 @dataclass(frozen=True)
 class Seen:
     """A script as the fast code has it, and as script.json does."""
@@ -215,7 +225,7 @@ class Setup:
 @pytest.fixture(scope="module", params=CASES)
 def setup(request: pytest.FixtureRequest) -> Setup:
     case, random = CASES[request.param], Random(request.param)
-    truth = R.World(case.rows, case.tiles, case.characters, **case.settings)
+    truth = R.World(**reference_of(request.param))
     pair = Pair(planned(case.text), truth)
     paths = [pair.random_script(random, 4, events=0.2) for _ in range(3)]
     scripts = [Seen(replay(pair.world, p.states, p.actions), pair.document(p)) for p in paths]
@@ -316,3 +326,343 @@ def test_what_comes_next_agrees(setup: Setup) -> None:
         expected = R.next_action(truth, shorter, 1, character.name)
         found = dict(zip(setup.pair.vocabulary.actions, values, strict=False))
         assert found == pytest.approx({a: expected.get(a, 0.0) for a in found}, abs=1e-6)
+
+
+# ---- A time limit --------------------------------------------------------------------------------
+
+TIMED = """
+map
+    A..
+    .B#
+tile a
+    symbol = A
+tile b
+    symbol = B
+character one
+    goals = {{a, b}}
+    success = 0.6
+character two
+    pushes = {{one, three}}
+    toward = {{one: {{-1, 2}}}}
+character three
+    success = 0.8
+    goals = {{b, none}}
+    toward = {{two: {{0, 1}}}}
+    models = one
+rewards
+    end = 4
+planning
+    horizon = {horizon}
+    gamma = 0.9
+"""
+
+
+class Timed(R.World):
+    """With so many frames: backward induction by recursion."""
+
+    def __init__(self, horizon: int):
+        super().__init__(
+            ["...", "..#"],
+            {"a": (0, 0), "b": (1, 1)},
+            [
+                Character("one", 0.6, (), ("a", "b")),
+                Character("two", 1, ("one", "three"), toward={"one": (-1, 2)}),
+                Character("three", 0.8, (), ("b", "none"), {"two": (0, 1)}, models="one"),
+            ],
+            gamma=0.9,
+        )
+        self.horizon = horizon
+        self.q, self.v, self.w, self.seen = map(cache, (self.q, self.v, self.w, self.seen))
+
+    def end(self, problem: tuple, state: tuple) -> float:
+        """What the last picture is worth."""
+        stands = lambda who, goal: 4.0 * (self.cell(state, who) == self.tiles.get(goal))
+        cared = [(rho, other, view[1]) for other, rho, view in problem[2] if rho]
+        return stands(*problem[:2]) + sum(rho * stands(*other) for rho, *other in cared)
+
+    def q(self, problem: tuple, frame: int, state: tuple, action: str) -> float:
+        who, goal, _ = problem
+        then = sum(p * self.w(problem, frame, s) for p, s in self.outcomes(state, who, action))
+        return self.reward(who, goal, state, action) + self.gamma * then
+
+    def v(self, problem: tuple, frame: int, state: tuple) -> float:
+        return max(self.q(problem, frame, state, action) for action in R.ACTIONS)
+
+    def seen(self, other: str, view: tuple | str, frame: int, state: tuple) -> dict[str, float]:
+        """How another is expected to act."""
+        if isinstance(view, str):
+            return self.pi_0()
+        return R.softmax({a: self.beta * self.q(view, frame, state, a) for a in R.ACTIONS})
+
+    def w(self, problem: tuple, frame: int, state: tuple) -> float:
+        """What comes after an action in a frame: the others' until the own next one, or the end."""
+        order, (who, _, others) = list(self.characters), problem
+        found, reached, now = 0.0, {state: 1.0}, frame
+        for other, rho, view in others:
+            now = frame if order.index(other) > order.index(who) else frame + 1
+            if now == self.horizon:
+                break
+            before, reached = reached, {}
+            for s, p in before.items():
+                for action, q in self.seen(other, view, now, s).items():
+                    if rho:
+                        found += rho * p * q * self.reward(other, view[1], s, action)
+                    for chance, result in self.outcomes(s, other, action):
+                        reached[result] = reached.get(result, 0.0) + p * q * chance
+        if frame + 1 == self.horizon:
+            return found + sum(p * self.end(problem, s) for s, p in reached.items())
+        return found + sum(p * self.v(problem, frame + 1, s) for s, p in reached.items())
+
+
+def test_with_a_time_limit_plans_are_those_of_plain_recursion() -> None:
+    truth = Timed(2)
+    pair = Pair(planned(TIMED.format(horizon=2)), truth)
+    world, dynamics, order = pair.world, pair.world.dynamics, pair.order()
+    places, count = list(map(tuple, dynamics.coordinates.tolist())), dynamics.state_count
+    assert count == truth.count_states() == 60
+    for who, character in enumerate(truth.characters):
+        for frame, number in product(range(2), range(0, count, 7)):
+            at = np.asarray(number + frame * count)
+            logs, values = (f(world.tables, who, at) for f in (model.log_policy, world.value))
+            state = tuple(places[c] for c in dynamics.cells[number])
+            for h, i in enumerate(order):
+                row = truth.hypotheses[i]
+                if not row[f"R_{character}"]:
+                    np.testing.assert_allclose(logs[:, 0, h], math.log(1 / 5), atol=1e-6)
+                    continue
+                problem = truth.problem(character, row)
+                assert values[0, h] == pytest.approx(truth.v(problem, frame, state), abs=1e-5)
+                expected = truth.seen(character, problem, frame, state)
+                np.testing.assert_allclose(np.exp(logs[:, 0, h]), [*expected.values()], atol=1e-5)
+
+
+# ---- Invariance ----------------------------------------------------------------------------------
+
+
+def test_neither_names_nor_mirrors_change_what_is_believed() -> None:
+    """The fold, seen in a mirror, with other names; with those sorted the other way, too."""
+    names = {"rex": "ab", "ewe": "zo", "tom": "k_1", "hay": "m", "box": "a"}
+    flip = {"east": "west", "west": "east"}
+    rename = lambda text: re.sub(r"[a-z]+", lambda m: names.get(m[0], m[0]), text)
+    mirrored = FOLD.replace("A.#", "#.A").replace("..B", "B..").replace(".##", "##.")
+    first, second = (planned(text) for text in (FOLD, rename(mirrored)))
+    truth = Pair(first, R.World(**reference_of("fold")))
+    there = lambda cells: {names.get(k, k): v and [2 - v[0], v[1]] for k, v in cells.items()}
+    for seed in range(3):
+        path = truth.random_script(Random(seed), 4, events=0.0)
+        document = truth.document(path)
+        frames = []
+        for frame in document["frames"]:
+            told: dict = {"event": None, "state": there(frame["state"])}
+            for who in ("rex", "ewe", "tom"):
+                action = frame[who]["action"]
+                told[names[who]] = {**frame[who], "action": flip.get(action, action)}
+            frames.append(told)
+        record = Record({}, {"name": "w"}, None, there(document["start"]), tuple(frames))
+        turned = KIND.read(second, record)
+        ours = replay(first, path.states, path.actions)
+        theirs = replay(second, turned.states, turned.actions)
+        np.testing.assert_allclose(np.exp(ours.log_belief), np.exp(theirs.log_belief), atol=1e-8)
+    for one, other in zip(first.vocabulary.latents, second.vocabulary.latents, strict=True):
+        assert other == "_".join(names.get(part, part) for part in one.split("_"))
+
+
+# ---- The whole way -------------------------------------------------------------------------------
+
+ROW = """
+map
+    A..B
+tile a
+    symbol = A
+tile b
+    symbol = B
+character one
+    goals = {a, b}
+character two
+    pushes = one
+    toward = {one: {-1, 1}}
+character three
+    success = 0.7
+    pushes = {one, two}
+    models = two
+planning
+    gamma = 0.7
+"""
+
+
+def test_a_search_finds_the_best_of_all_scripts(tmp_path: Path) -> None:
+    (tmp_path / "row.world").write_text(ROW, encoding="utf-8")
+    text = f"""world row
+length 2
+start at(one, (1, 0)) and at(two, (2, 0)) and at(three, (3, 0))
+maximize P(rho > 0 | script[:1]) + P(rho < 0 and G_one = a | script[:2])
+{BARE}search beam(starts = 1, width = 1000, polish = 0)
+"""
+    result = Story.from_text(text, tmp_path).solve()
+    truth = R.World(
+        ["...."],
+        {"a": (0, 0), "b": (3, 0)},
+        [
+            Character("one", goals=("a", "b")),
+            Character("two", 1, ("one",), toward={"one": (-1, 1)}),
+            Character("three", 0.7, ("one", "two"), models="two"),
+        ],
+        gamma=0.7,
+    )
+    rational = [h["R_one"] and h["R_two"] and h["R_three"] for h in truth.hypotheses]
+    helps = lambda h: h.get("rho", 0) > 0
+    harms = lambda h: h.get("rho", 0) < 0 and h.get("G_one") == "a"
+
+    @cache
+    def likelihood(who: str, state: tuple, action: str) -> list[float]:
+        return [truth.policy(who, h, state)[action] for h in truth.hypotheses]
+
+    def share(belief: list[float], event: Callable) -> float:
+        rows = zip(belief, rational, truth.hypotheses, strict=True)
+        found = [(p, event(h)) for p, counts, h in rows if counts]
+        return sum(p for p, holds in found if holds) / sum(p for p, _ in found)
+
+    def turns(state: tuple, belief: list[float]) -> list[tuple]:
+        reached = [(state, belief)]
+        for who in truth.characters:
+            reached = [
+                (after, told)
+                for s, b in reached
+                for action in R.ACTIONS
+                for told in [updated(b, likelihood(who, s, action))]
+                for _, after in truth.outcomes(s, who, action)
+            ]
+        return reached
+
+    def updated(belief: list[float], likely: list[float]) -> list[float]:
+        weights = [p * q for p, q in zip(belief, likely, strict=True)]
+        total, n, eps = sum(weights), len(weights), 1e-5
+        shares = [w / total for w in weights]
+        return [p * (1 - eps) + (1 - p) / (n - 1) * eps for p in shares]
+
+    start, n = ((1, 0), (2, 0), (3, 0)), len(truth.hypotheses)
+    best = max(
+        share(first, helps) + max(share(b, harms) for _, b in turns(state, first))
+        for state, first in turns(start, [1 / n] * n)
+    )
+    assert result.score == pytest.approx(best, abs=1e-3)
+    told = result.script.record.as_json()
+    assert R.P(truth, told, 1, helps) + R.P(truth, told, 2, harms) == pytest.approx(best, abs=1e-3)
+
+
+# ---- Mistakes ------------------------------------------------------------------------------------
+
+TOWARD = "toward = {queen: {-2, 0, 2}}"
+MANY = "{" + ", ".join(map(str, range(1, 17))) + "}"
+CAST = """
+map
+    ....
+character x
+    toward = {y_z: {1, 2}}
+character x_y
+    toward = {z: {1, 2}}
+character z
+character y_z
+"""
+MISTAKES = {
+    "five characters": (
+        COURT.replace("planning", "character cat\ncharacter dog\nplanning"),
+        "my.world:21:11: error[world-cast]: a world has at most 4 characters, this is another",
+        "",
+    ),
+    "a circle of three": (
+        COURT.replace("character queen\n", "character queen\n    models = bear\n"),
+        "my.world:20:5: error[world-cast]: `queen`, `fox` and `bear` model each other in a circle",
+        "whoever has an attitude toward another models it; leave out one of them",
+    ),
+    "somebody beside a circle": (
+        COURT.replace("character queen\n", "character queen\n    models = fox\n"),
+        "my.world:16:5: error[world-cast]: `queen` and `fox` model each other in a circle",
+        "leave out one of them",
+    ),
+    "too many hypotheses": (
+        COURT.replace("{-1, 1}", MANY).replace("{-1, 0, 2}", MANY),
+        "my.world:16:11: error[too-large]: viewers would hold up to 20,808 hypotheses",
+        "fewer goals or values of attitudes: at most 4,096",
+    ),
+    "three at the same time": (
+        COURT + "    order = together\n",
+        "my.world:22:13: error[world-value]: there are more characters than two",
+        "two can act at the same time; or give their order",
+    ),
+    "an order of two": (
+        COURT + "    order = [queen, fox]\n",
+        "my.world:22:13: error[world-value]: the order must name every character once",
+        "",
+    ),
+    "latents of one name": (
+        CAST,
+        "my.world:6:11: error[world-cast]: `x_y` and `x` both have a `rho_x_y_z`",
+        "give one of them a name without `_`",
+    ),
+    "a tile with a latent's name": (
+        COURT.replace("tower", "rho_fox_queen"),
+        "my.world:5:6: error[reserved]: `rho_fox_queen` is the latent of `fox`'s attitude",
+        "choose another name",
+    ),
+    "attitudes in two places": (
+        COURT.replace(TOWARD, f"{TOWARD}\n    attitude = 1"),
+        "my.world:16:5: error[world-cast]: the values of each attitude stand in `toward`",
+        "remove the line, or write `toward = NAME`",
+    ),
+    "an unknown character": (
+        COURT.replace(TOWARD, TOWARD.replace("queen", "quen")),
+        "my.world:15:15: error[world-name]: there is no other character `quen`",
+        "did you mean `queen`?",
+    ),
+    "a value that is no number": (
+        COURT.replace(TOWARD, TOWARD.replace("2}", "big}")),
+        "my.world:15:30: error[world-value]: an attitude is a number, not `big`",
+        "attitude = {-1, 0, 1}",
+    ),
+    "a value that is too large": (
+        COURT.replace(TOWARD, TOWARD.replace("2}", "2e7}")),
+        "my.world:15:30: error[world-range]: an attitude must be between -1e6 and 1e6",
+        "",
+    ),
+    "a name twice": (
+        COURT.replace(TOWARD, "toward = {queen: 1, queen: {1, 2}}"),
+        "my.world:15:25: error[duplicate]: `queen` is given twice",
+        "",
+    ),
+    "no values": (
+        COURT.replace(TOWARD, "toward = {queen, bear}"),
+        "my.world:15:5: error[world-cast]: `fox` has no attitude toward anyone",
+        "give the values of each: toward = {queen: {-1, 0, 1}, bear: {-1, 0, 1}}",
+    ),
+    "values of those who are only modelled": (
+        COURT.replace(TOWARD, "models = {queen: {1, 2}}"),
+        "my.world:15:14: error[world-value]: `models` must name another character",
+        "",
+    ),
+    "a prior of no latent": (
+        COURT + "audience\n    prior(rho) = {0: 1, others: 2}\n",
+        "my.world:23:11: error[world-name]: there is no latent `rho`",
+        "rho_bear_fox, rho_bear_queen, rho_fox_queen",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_said_where_it_is_with_what_to_do(name: str) -> None:
+    text, message, hint = MISTAKES[name]
+    with pytest.raises(StoryError) as caught:
+        parse_world(Source("my.world", text), "my")
+    assert message in str(caught.value)
+    assert hint in str(caught.value)
+
+
+def test_taken_literally_every_combination_counts() -> None:
+    for name in CASES:
+        text = f"{CASES[name].text}audience\n    hypotheses = literal\n"
+        if name == "four":
+            text = CASES[name].text.replace("audience\n", "audience\n    hypotheses = literal\n")
+        found = grid_vocabulary(parse_world(Source("my.world", text), "my")).hypotheses
+        expected = R.World(**reference_of(name), hypotheses="literal").hypotheses
+        counted = [Counter(frozenset(h.items()) for h in rows) for rows in (found, expected)]
+        assert counted[0] == counted[1]
