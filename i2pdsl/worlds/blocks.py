@@ -487,7 +487,7 @@ class BlockReader:
         possible = set(allowed)
         for item in items:
             if item.kind not in ("name", "text"):
-                named = f"{'an' if what[0] in 'aeiou' else 'a'} {what}".replace("an other", "another")
+                named = f"a {what}".replace("a o", "an o").replace("an other", "another")
                 self.problem("world-value", f"`{key}` must name {named}", item.span)
             elif item.value not in possible:
                 if not self.may_be_lost(item.value, what):

@@ -80,8 +80,9 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
     for each in attitudes_of(characters):
         about = f"{each.who}'s attitude toward {each.toward}: helping above 0, hindering below"
         # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
-        values = each.values if 0 in each.values else (*each.values, 0.0)
-        found[each.latent] = Latent(each.latent, "number", values, about)
+        forced = () if 0 in each.values else (0.0,)
+        values = (*each.values, *forced)
+        found[each.latent] = Latent(each.latent, "number", values, about, forced)
     for c in characters:
         found[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
     for c in characters:

@@ -22,7 +22,7 @@ from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
-from i2pdsl.pipeline import Story
+from i2pdsl.pipeline import Script, Story
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
@@ -550,6 +550,69 @@ maximize P(rho > 0 | script[:1]) + P(rho < 0 and G_one = a | script[:2])
     assert R.P(truth, told, 1, helps) + R.P(truth, told, 2, harms) == pytest.approx(best, abs=1e-3)
 
 
+def test_other_viewers_of_positions_believe_what_the_text_says(tmp_path: Path) -> None:
+    """Through the public door: a table of positions, a prior, goals that change, pins, a file."""
+    (tmp_path / "fold.world").write_text(FOLD, encoding="utf-8")
+    text = f"""world fold
+length 4
+maximize depict(rho_rex_ewe > 0)
+audience bayesian(switching = 0.3, forgetting = 0.01, prior(rho_rex_ewe) = {{-3: 0.2, others: 0.8}})
+{BARE}search beam(starts = 2, polish = 0)
+"""
+    truth = R.World(**reference_of("fold"))
+    frames, state = [], truth.state(((0, 0), (1, 1), (0, 1), None))
+    for acts in (("stay", "north", "east"), ("south", "east", "west"), ("east", "west", "south")):
+        told = dict(zip(truth.characters, acts, strict=True))
+        frames.append(R.turn(truth, state, told))
+        state = truth.state(frames[-1]["state"])
+    document = {"start": truth.mapping(((0, 0), (1, 1), (0, 1), None)), "frames": frames}
+    table = [
+        {"who": who, "frame": t, "x": at and at[0], "y": at and at[1], "action": action}
+        for t, frame in enumerate([{"state": document["start"]}, *frames])
+        for who, at in frame["state"].items()
+        for action in [frame[who]["action"] if who in frame else None]
+    ]
+    story = Story.from_text(text, tmp_path)
+    script = story.script_from_positions(table)
+    assert script.record.as_json()["frames"] == frames
+
+    rows = truth.hypotheses
+    alike = lambda i, latents: [
+        j for j, h in enumerate(rows) if without(h, latents) == without(rows[i], latents)
+    ]
+    without = lambda h, latents: {k: v for k, v in h.items() if k not in latents}
+    prior = [1 / len(rows)] * len(rows)
+    for i, h in enumerate(rows):  # among those of which the same are rational
+        among = [x for x in rows if all(x[k] == h[k] for k in h if k[0] == "R")]
+        if h["R_rex"] and h["R_ewe"]:
+            same = [x for x in among if x["rho_rex_ewe"] == h["rho_rex_ewe"]]
+            share = 0.2 if h["rho_rex_ewe"] == -3 else 0.8
+            prior[i] = share * len(among) / len(same) / len(rows)
+    belief, expected, state = prior, [], truth.state(document["start"])
+    for frame in [None, *frames]:
+        for who, action, acted_from, after in truth.actions(state, frame) if frame else ():
+            logs = [truth.log_likelihood(who, h, acted_from, action) for h in rows]
+            weights = [p * math.exp(x) for p, x in zip(belief, logs, strict=True)]
+            shares = [w / sum(weights) for w in weights]
+            kept = [p * 0.99 + (1 - p) / (len(rows) - 1) * 0.01 for p in shares]
+            belief = []
+            for i in range(len(rows)):  # its goal may change, drawn from the prior given the rest
+                group = alike(i, {f"G_{who}"})
+                drawn = prior[i] / sum(prior[j] for j in group) * sum(kept[j] for j in group)
+                belief.append(0.7 * kept[i] + 0.3 * drawn)
+            state = after
+        chosen = [(p, h) for p, h in zip(belief, rows, strict=True) if R.rational(h)]
+        helps = sum(p for p, h in chosen if h["rho_rex_ewe"] > 0)
+        expected.append(helps / sum(p for p, _ in chosen))
+    values = script.query("P(rho_rex_ewe > 0 | script[:t])")
+    np.testing.assert_allclose(values, expected, atol=2e-4)
+
+    again = Script.load(script.save(tmp_path / "script.json"))
+    assert again.query("P(rho_rex_ewe > 0 | script[:t])") == pytest.approx(values)
+    kept_story = story.keeping(script, [2])
+    assert "pin script[2] = [tom: south, rex: east, ewe: west]" in kept_story.typed.source.text
+
+
 # ---- Mistakes ------------------------------------------------------------------------------------
 
 TOWARD = "toward = {queen: {0, 2}}"
@@ -643,7 +706,7 @@ MISTAKES = {
     "a prior of no latent": (
         COURT + "audience\n    prior(rho) = {0: 1, others: 2}\n",
         "my.world:23:11: error[world-name]: there is no latent `rho`",
-        "rho_bear_fox, rho_bear_queen, rho_fox_queen",
+        "did you mean `rho_bear_fox` or `rho_bear_queen` or `rho_fox_queen`?",
     ),
 }
 

@@ -38,10 +38,10 @@ def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:
     for flags in product((True, False), repeat=len(names)):
         rational = dict(zip(names, flags, strict=True))
         values = [each.values if rational[each.toward] else (0.0,) for each in attitudes]
-        for chosen in product(*(c.goals for c in characters), *values):
+        for goals, rhos in product(product(*(c.goals for c in characters)), product(*values)):
             row: Hypothesis = {rationality_of(name): rational[name] for name in names}
-            row.update((goal_of(n), g) for n, g in zip(names, chosen, strict=False) if rational[n])
-            rhos = zip(attitudes, chosen[len(names) :], strict=True)
-            row.update((each.latent, rho) for each, rho in rhos if rational[each.who])
+            wanted, cares = zip(names, goals, strict=True), zip(attitudes, rhos, strict=True)
+            row.update((goal_of(name), goal) for name, goal in wanted if rational[name])
+            row.update((each.latent, rho) for each, rho in cares if rational[each.who])
             rows.append(row)
     return tuple(rows)

@@ -411,7 +411,7 @@ class _Reader(MapReader):
         """The characters; if some model each other in a circle that is a mistake, and they model
         nobody."""
         left, names = list(found), {c.name for c in found}
-        beside = True
+        beside = names
         while beside:  # who models none of the others, or is modelled by none, is in no circle
             modelled = {name for c in left for name in c.models}
             beside = {c.name for c in left if c.name not in modelled or not names & {*c.models}}
