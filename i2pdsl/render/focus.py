@@ -44,9 +44,18 @@ class Focus:
     leading: Panel | None
     told: tuple[Panel, ...]
 
-    def caption(self, t: int) -> str:
-        """What viewers think after frame t, of the first of what is told."""
-        found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
+    def caption(self, t: int, since: int | None = None) -> str:
+        """What viewers think after frame t, of the first of what is told; where that is several
+        things, only what they did not think `since`."""
+        found = self._said(t)
+        if since is not None and len(found) > 1:
+            known = {said[:3] for said in self._said(since)}
+            new = [said for said in found if said[:3] not in known]
+            who = dict.fromkeys(_those(said.audience) for said in found)
+            if not new:
+                verb = "think" if list(who) == [VIEWERS] else "all think"
+                return f"{' and '.join(who)} {verb} as before"
+            found = new
         claims = [said.claim for said in found]
         text = ""
         before = _Said("", "", "")
@@ -63,6 +72,21 @@ class Focus:
             text += f"{', ' if again else ', and ' if text else ''}{told}"
             before = said
         return text
+
+    def _said(self, t: int) -> list[_Said]:
+        """What viewers think after frame t. What somebody does not think need not be said where
+        there is something else that he does."""
+        found = [said for panel in self.told for said in _statements(panel, t)]
+        claims = [said.claim for said in found]
+        convinced = {said.audience for said in found if said.verb in _CONVINCED}
+        told = [
+            said
+            for said in found
+            if said.verb not in _DOUBTING
+            or said.audience not in convinced
+            or claims.count(said.claim) > 1
+        ]
+        return told[:TOLD_MAX]
 
     @property
     def turns(self) -> dict[int, float]:
@@ -98,10 +122,19 @@ def focus_of(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Foc
 
 def in_words(one: Callable[[str, Sequence[Value]], str], event: Claims, condition: Claims) -> str:
     """An event and its condition, from what says one latent and some of its values."""
-    told = " and ".join(one(latent, values) for latent, values in event.items())
+    told = _joined([one(latent, values) for latent, values in event.items()])
     if not condition:
         return told
-    return f"{told}, if {' and '.join(one(latent, values) for latent, values in condition.items())}"
+    return f"{told}, if {_joined([one(latent, values) for latent, values in condition.items()])}"
+
+
+def _joined(claims: Sequence[str]) -> str:
+    """Claims with `and` between them; who was just spoken of is not named again."""
+    told = list(claims[:1])
+    for before, claim in pairwise(claims):
+        who, _, does = claim.partition(" ")
+        told.append(does if does and before.startswith(f"{who} ") else claim)
+    return " and ".join(told)
 
 
 def is_of_story(panel: Panel) -> bool:
@@ -155,10 +188,13 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
         if series:
             panel = Panel(ASKED, "probability", series)
             return Focus(panel, (panel,))
-    if len(conditions) == 1 and script.assumption not in conditions and len(told) == 1:
-        series = _series(script, _with_rest(events), lambda event, _: sentence(event, {}))
+    if len(conditions) == 1 and script.assumption not in conditions and told:
+        one = len(told) == 1
+        asked = _with_rest(events) if one else events
+        series = _series(script, asked, lambda event, _: sentence(event, {}))
         if series:  # what everybody knows all along need not be said
-            panel = Panel(ASKED, "probability", series, question=told[0].question)
+            question = told[0].question if one else ""
+            panel = Panel(ASKED, "probability", series, question=question)
             return Focus(panel, (panel,))
     if conditions - {script.assumption}:
         series = _series(script, events, sentence)
@@ -262,6 +298,7 @@ _OF_ONE = {
     "do not think": "does not think",
     "rather doubt": "rather doubts",
 }
+_CONVINCED, _DOUBTING = ("are sure", "think", "rather think"), ("do not think", "rather doubt")
 _AGAIN = {
     "are sure": " of it",
     "think": " so",

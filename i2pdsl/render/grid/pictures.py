@@ -142,10 +142,10 @@ class GridPictures(PictureFiles):
         """For each frame what happens in it that is out of the ordinary, and what viewers think
         of what the story is about."""
         lines = []
-        for t in frames:
+        for since, t in zip([None, *frames], frames, strict=False):
             seen = [describe(b) for b in self.film.beats if b.frame == t and b.verb in TELLING]
             parts = [*(["and then"] if t > self.told else []), *([", ".join(seen)] if seen else [])]
-            lines.append(": ".join([*parts, self.focus.caption(t)]))
+            lines.append(": ".join([*parts, self.focus.caption(t, since)]))
         return lines
 
     def key_frames(self, count: int) -> list[int]:
