@@ -656,7 +656,7 @@ MISTAKES = {
     "an order of two": (
         COURT + "    order = [queen, fox]\n",
         "my.world:22:13: error[world-value]: the order must name every character once",
-        "",
+        "add `bear`",
     ),
     "latents of one name": (
         CAST,

@@ -582,7 +582,8 @@ class _Reader(MapReader):
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
                 both = f"or `order = {TOGETHER}`: both at the same time"
-                hint = both if len(names) == 2 else None
+                missing = " and ".join(f"`{name}`" for name in names if name not in order)
+                hint = both if len(names) == 2 else f"add {missing}"
                 message = "the order must name every character once"
                 self.problem("world-value", message, span, hint)
         return characters
