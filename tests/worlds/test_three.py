@@ -729,3 +729,13 @@ def test_taken_literally_every_combination_counts() -> None:
         expected = R.World(**reference_of(name), hypotheses="literal").hypotheses
         counted = [Counter(frozenset(h.items()) for h in rows) for rows in (found, expected)]
         assert counted[0] == counted[1]
+
+
+def test_several_may_be_met_with_the_same_attitudes() -> None:
+    """And no weight is asked of an indifference that is only forced."""
+    text = COURT.replace("toward = {queen: {-1, 1}, fox: {0, 2}}", "toward = {queen, fox}")
+    text = text.replace("planning", "    attitude = {-1, 2}\nplanning")
+    priors = "audience\n    prior(rho_bear_fox) = {-1: 3, 2: 1}\n"
+    spec = parse_world(Source("my.world", text + priors), "my")
+    assert dict(spec.character("bear").attitudes) == {"queen": (-1, 2), "fox": (-1, 2)}
+    assert spec.shares == (("rho_bear_fox", ((-1, 3), (2, 1))),)
