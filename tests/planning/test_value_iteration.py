@@ -38,9 +38,7 @@ def random_problem(
         found.append(Response(successors(), 0.6, policy, choice, social, rho))
     cost = np.array([-1.0, -1.0, -1.0, -1.0, -0.1])
     goal = rng.integers(0, 2, problems)
-    return Problem(
-        successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, tuple(found)
-    )
+    return Problem(successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, tuple(found))
 
 
 def continuation_of(problem: Problem, values: list[float], p: int) -> list[float]:
@@ -213,14 +211,16 @@ def test_single_precision_first_ends_in_double(tolerance: float) -> None:
         cost=np.array([-1.0, -1.0, -0.1]),
         goal=np.arange(problems),
         gamma=0.95,
-        answers=(Response(
-            successor=rng.integers(0, states, (2, states)),
-            success=0.5,
-            policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),
-            choice=np.arange(problems) % 2,
-            social=rng.normal(size=(states, 2)),
-            rho=np.linspace(-3, 3, problems),
-        ),),
+        answers=(
+            Response(
+                successor=rng.integers(0, states, (2, states)),
+                success=0.5,
+                policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),
+                choice=np.arange(problems) % 2,
+                social=rng.normal(size=(states, 2)),
+                rho=np.linspace(-3, 3, problems),
+            ),
+        ),
     )
     found = solve(problem, tolerance=tolerance)
     assert found.residual <= tolerance
