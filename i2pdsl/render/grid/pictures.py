@@ -13,7 +13,7 @@ import numpy as np
 from i2pdsl.render.beliefs import Beliefs
 from i2pdsl.render.files import KEY_FRAMES, PictureFiles, Sprites, printable
 from i2pdsl.render.focus import Focus, focus_of, led, whose
-from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed
+from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed, on_map
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
@@ -171,7 +171,7 @@ class GridPictures(PictureFiles):
     def _places(self) -> np.ndarray:
         """[T + 1, n, 2] Where everybody is, in units of what the way across the map counts."""
         states = [self.document["start"], *(f["state"] for f in self.document["frames"])]
-        cells = [[s[a.name] or (-1, -1) for a in self.stage.cast] for s in states]
+        cells = [[on_map(s, a.name) or (-1, -1) for a in self.stage.cast] for s in states]
         return PLACE * np.array(cells, float) / np.hypot(self.stage.width, self.stage.height)
 
     def meters(self) -> list[Meter]:

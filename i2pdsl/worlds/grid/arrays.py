@@ -21,7 +21,7 @@ class Tables(NamedTuple):
 
     Attributes:
         cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
-        coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
+        coordinates [M, 2]: (column, row) of each cell; the rows from N on stand for no cell.
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
         cost [9]: reward of an action away from the goal.

@@ -21,6 +21,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "goals": list(c.goals),
                 "pushes": list(c.pushes),
                 **({"pulls": list(c.pulls)} if c.pulls else {}),
+                **({"carries": list(c.carries)} if c.carries else {}),
                 "toward": _one([name for name, _ in c.attitudes]),
                 "models": _one(c.models),
             }
@@ -29,6 +30,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
         "objects": [
             {"name": t.name, "may_be_absent": t.may_be_absent}
             | ({"count": t.count} if t.count > 1 else {})
+            | ({"opened_by": t.opened_by} if t.opened_by else {})
             for t in spec.things
         ],
         **({"order": "together"} if spec.together else {}),
@@ -64,9 +66,11 @@ def in_words(spec: GridSpec) -> list[str]:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
         pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
+        pushes += f"; carries {', '.join(c.carries)}" if c.carries else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         told = f": {t.count} that are alike" if t.count > 1 else ""
+        told = f": opened by {t.opened_by}" if t.opened_by else told
         lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else told}")
     if spec.together:
         lines.append("both act at the same time")

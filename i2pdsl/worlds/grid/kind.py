@@ -136,7 +136,7 @@ class GridKind(Kind):
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
-        (missing where it is absent), and the event."""
+        (missing where it is absent or carried), and the event."""
         found: dict[str, tuple[list[Any], str]] = {}
         frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
         for who in words.characters:
@@ -144,7 +144,8 @@ class GridKind(Kind):
             found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
             found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
         for thing in (*words.characters, *words.things):
-            places = [frame["state"].get(thing) or (None, None) for frame in frames]
+            states = [frame["state"].get(thing) for frame in frames]
+            places = [(None, None) if s is None or isinstance(s, str) else s for s in states]
             for axis, name in enumerate(("column", "row")):
                 found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
         found["event"] = [_event(frame.get("event")) for frame in frames], "string"

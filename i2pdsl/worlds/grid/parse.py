@@ -95,10 +95,12 @@ class _Reader(MapReader):
         self.unique_names()
         rows = self.checked_rows()
         tiles = self.tiles(of("tile"), rows)
-        things = tuple(self.thing(b, rows) for b in of("object"))
+        names = tuple(b.name for b in of("object"))
+        things = tuple(self.thing(b, rows, names) for b in of("object"))
         thing_names = tuple(t.name for t in things)
         characters = self.characters(of("character"), tiles, thing_names, rows, whole)
         self.check_places()
+        characters, things = self.check_carrying(characters, things)
         events = self.events(of("event"), things)
         settings = self.settings(of)
         floor, wall, look = "#f1e8d8", "#7d6b5d", Look()
@@ -364,7 +366,7 @@ class _Reader(MapReader):
                 self.problem("world-cast", message, block.span, note=note)
             owner.update(dict.fromkeys(cells, block))
 
-    def thing(self, block: Block, rows: list[str]) -> Thing:
+    def thing(self, block: Block, rows: list[str], names: tuple[str, ...]) -> Thing:
         self.known_keys(block)
         # Where the word is wrong, `yes` spares a second mistake in the events.
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
@@ -382,9 +384,44 @@ class _Reader(MapReader):
             span = block.keys.get("may_be_absent", block.span)
             hint = "of several that are alike all are always there"
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
-        return Thing(
-            block.name, absent, count, cells, sprite, self.color(block, "color", "#b08a5a")
-        )
+        others = tuple(name for name in names if name != block.name)
+        opened = self.words(block, "opened_by", others, "other object")
+        for name in opened[1:]:
+            message = f"one object opens `{block.name}`, `{name}` is another"
+            self.problem("world-cast", message, block.entries["opened_by"].span)
+        color = self.color(block, "color", "#b08a5a")
+        return Thing(block.name, absent, count, cells, next(iter(opened), ""), sprite, color)
+
+    def check_carrying(
+        self, characters: tuple[Character, ...], things: tuple[Thing, ...]
+    ) -> tuple[tuple[Character, ...], tuple[Thing, ...]]:
+        """Characters and things; if what is carried or opened can do something else besides, that
+        is a mistake, and nothing is."""
+        before, blocks = len(self.problems), {b.name: b for b in self.blocks}
+        carried = {name for c in characters for name in c.carries}
+        for thing in things:
+            if thing.name not in carried and not thing.opened_by:
+                continue
+            block = blocks[thing.name]
+            what = "is carried" if thing.name in carried else "is opened"
+            movers = [c.name for c in characters if thing.name in c.pushes + c.pulls]
+            wrong = {
+                "has no place at first": len(thing.cells) != 1,
+                "may be absent": thing.may_be_absent,
+                "is opened, too": thing.name in carried and bool(thing.opened_by),
+                f"is moved by {' and '.join(movers)}, too": bool(movers),
+            }
+            for told in (told for told, is_so in wrong.items() if is_so):
+                hint = "it stands where `symbol` or `cell` says until it is taken or opened"
+                self.problem("world-cast", f"`{thing.name}` {what}, but {told}", block.span, hint)
+            if thing.opened_by and thing.opened_by not in carried:
+                message = f"nobody carries `{thing.opened_by}`, which opens `{thing.name}`"
+                hint = f"a character has `carries = {thing.opened_by}`"
+                self.problem("world-cast", message, block.keys["opened_by"], hint)
+        if len(self.problems) == before and not self.incomplete:
+            return characters, things
+        plain = tuple(replace(c, carries=()) for c in characters)
+        return plain, tuple(replace(thing, opened_by="") for thing in things)
 
     def characters(
         self,
@@ -442,6 +479,7 @@ class _Reader(MapReader):
         goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
+        carries = self.words(block, "carries", things, "object")
         attitudes = self.attitudes(block, others)
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
@@ -455,6 +493,7 @@ class _Reader(MapReader):
             goals,
             pushes,
             pulls,
+            carries,
             attitudes,
             toward + tuple(name for name in models if name not in toward),
             next(iter(self.first_places(block, rows, 1)), None),

@@ -70,7 +70,7 @@ def estimated_bytes(spec: GridSpec) -> int:
 
 def _arrangements(spec: GridSpec) -> int:
     """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
-    return (len(spec.free_cells) + 1) ** len(spec.entities)
+    return spec.place_count ** len(spec.entities)
 
 
 def check_memory(spec: GridSpec) -> None:

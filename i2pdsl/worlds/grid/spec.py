@@ -41,6 +41,7 @@ class Character:
     Attributes:
         attitudes: the others whom this one has an attitude to, and how large that may be.
         models: the others whose plans this one sees through; those of `attitudes` are among them.
+        carries: the objects that it takes by stepping on their cells, and keeps.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Character:
     goals: tuple[str, ...] = ()
     pushes: tuple[str, ...] = ()
     pulls: tuple[str, ...] = ()
+    carries: tuple[str, ...] = ()
     attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     models: tuple[str, ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
@@ -68,13 +70,15 @@ class Character:
 class Thing:
     """An object that stands in the way, and can be moved by those who push or pull it.
 
-    Several of a `count` are all alike, so who is who of them is not part of a state.
+    Several of a `count` are all alike, so who is who of them is not part of a state. One that is
+    `opened_by` another is a door: it is gone once somebody who carries that steps into it.
     """
 
     name: str
     may_be_absent: bool = False
     count: int = 1
     cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
+    opened_by: str = ""
     sprite: str = "box"
     color: str = "#b08a5a"
 
@@ -176,6 +180,35 @@ class GridSpec:
         return tuple(found)
 
     @property
+    def places(self) -> tuple[tuple[int, ...], ...]:
+        """The numbers of the cells that each entity can be on, [E]: those of the free cells; then
+        that of absence; then, for what is carried, that of each character who has it.
+
+        What is carried, or a door, is not moved otherwise.
+        """
+        absent, everywhere = len(self.free_cells), tuple(range(len(self.free_cells)))
+        found = [everywhere] * len(self.characters)
+        for thing in self.things:
+            holders = self.holders(thing.name)
+            if holders or thing.opened_by:
+                first = self.free_cells.index(thing.cells[0])
+                away = (absent,) if thing.opened_by else ()
+                found.append((first, *away, *(absent + 1 + who for who in holders)))
+            else:
+                found += [everywhere + (absent,) * thing.may_be_absent] * thing.count
+        return tuple(found)
+
+    def holders(self, thing: str) -> tuple[int, ...]:
+        """The characters who carry something."""
+        return tuple(who for who, c in enumerate(self.characters) if thing in c.carries)
+
+    @property
+    def place_count(self) -> int:
+        """How many numbers of cells there are: of free ones, of absence, and of being carried."""
+        carried = any(c.carries for c in self.characters)
+        return len(self.free_cells) + 1 + carried * len(self.characters)
+
+    @property
     def is_limited(self) -> bool:
         """Whether there are only the states that can be reached in time from a single one."""
         return bool(self.settings.horizon) and None not in self.placed
@@ -201,18 +234,23 @@ class GridSpec:
         """How many states there are: no two on a cell, absent things on none, like ones in order
         only. Those of each frame are counted once; where `is_limited`, there are fewer."""
         cells = len(self.free_cells)
-        placed = {0: 1}  # number of things present -> number of ways to choose which
+        placed = {(0, 0): 1}  # of things that can be anywhere, of those with a cell of their own
         for thing in self.things:
-            grown = {k + thing.count: ways for k, ways in placed.items()}
-            if thing.may_be_absent:
-                for k, ways in placed.items():
-                    grown[k] = grown.get(k, 0) + ways
+            elsewhere = len(self.holders(thing.name)) + bool(thing.opened_by)
+            is_fixed = elsewhere > 0
+            away = elsewhere or thing.may_be_absent  # how many other places there are
+            grown: dict[tuple[int, int], int] = {}
+            for (free, fixed), ways in placed.items():
+                there = (free, fixed + 1) if is_fixed else (free + thing.count, fixed)
+                grown[there] = grown.get(there, 0) + ways
+                if away:
+                    grown[free, fixed] = grown.get((free, fixed), 0) + ways * away
             placed = grown
         total = 0
-        for present, ways in placed.items():
+        for (free, fixed), ways in placed.items():
             arrangements = ways
-            for k in range(len(self.characters) + present):
-                arrangements *= max(0, cells - k)
+            for k in range(len(self.characters) + free):
+                arrangements *= max(0, cells - fixed - k)
             total += arrangements
         alike = math.prod(math.factorial(thing.count) for thing in self.things)
         return total // alike
@@ -255,7 +293,8 @@ class GridSpec:
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),
             *((content, key) for key in ("walls", "together")),
-            *((item, "pulls") for item in content["characters"]),
+            *((item, key) for item in content["characters"] for key in ("pulls", "carries")),
+            *((item, "opened_by") for item in content["things"]),
             *((item, "cell") for item in content["characters"]),
             *((item, "cells") for item in content["things"]),
         ):

@@ -373,7 +373,8 @@ def assemble(
                     column[o, h] = first + plan.keys[who].index(key)
         columns.append(column)
         sharpness.append(beta)
-    coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
+    nowhere = np.full((spec.place_count - len(dynamics.coordinates), 2), -9)
+    coordinates = np.vstack([dynamics.coordinates, nowhere])
     words = grid_vocabulary(spec)
     log_prior = log_priors(viewers, words)
     tables = Tables(
