@@ -19,9 +19,11 @@ from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
+    ACTIONS,
     FLOOR,
     GROUNDS,
     NO_GOAL,
+    STAY,
     WALL,
     Cell,
     Character,
@@ -285,7 +287,11 @@ class _Reader(MapReader):
                     message = f"`{block.name}` lies on a cell of `{owner[cell].name}`"
                     self.problem("world-tile", message, block.span, note=note)
                 owner[cell] = block
-            tiles.append(Tile(block.name, cells, color, sprite))
+            cost = self.number(
+                block, "cost", 0.0, lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"
+            )
+            one_way = self.words(block, "one_way", ACTIONS[:STAY], "direction")
+            tiles.append(Tile(block.name, cells, color, sprite, cost, one_way))
         return tuple(tiles)
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:

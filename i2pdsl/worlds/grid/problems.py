@@ -77,6 +77,15 @@ def on_goal(spec: GridSpec, dynamics: Dynamics, goals: list[str]) -> np.ndarray:
     return table
 
 
+def ground(spec: GridSpec, dynamics: Dynamics) -> np.ndarray:
+    """What any action on a cell costs besides: [M]; nothing where there is no cell."""
+    found = np.zeros(spec.place_count)
+    cells = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
+    for tile in spec.tiles:
+        found[[cells[cell] for cell in tile.cells]] = tile.cost
+    return found
+
+
 def imagined(spec: GridSpec, other: int) -> np.ndarray:
     """The policy of level 0: [A]."""
     cost = costs(spec, other)
@@ -161,6 +170,7 @@ def rules_of(
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
         cost=costs(spec),
+        ground=ground(spec, dynamics),
         gamma=np.array(spec.settings.gamma),
         reward=np.array(spec.settings.goal),
         continuation=(),

@@ -26,12 +26,20 @@ GROUNDS = ("checker", "boards", "grass", "plain")
 
 @dataclass(frozen=True)
 class Tile:
-    """A kind of floor that can be a goal; it may lie on several cells (column, row)."""
+    """A kind of floor that can be a goal; it may lie on several cells (column, row).
+
+    Attributes:
+        cost: what each action of who stands there costs besides.
+        one_way: the only directions in which anything gets onto its cells, and off them; any way
+            where there are none.
+    """
 
     name: str
     cells: tuple[tuple[int, int], ...]
     color: str
     sprite: str = ""
+    cost: float = 0.0
+    one_way: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -295,6 +303,7 @@ class GridSpec:
             *((content, key) for key in ("walls", "together")),
             *((item, key) for item in content["characters"] for key in ("pulls", "carries")),
             *((item, "opened_by") for item in content["things"]),
+            *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),
             *((item, "cell") for item in content["characters"]),
             *((item, "cells") for item in content["things"]),
         ):

@@ -7,7 +7,7 @@ from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.worlds.grid.spec import ALL_ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
-    "tile": ("symbol", "cell", "sprite", "color"),
+    "tile": ("symbol", "cell", "cost", "one_way", "sprite", "color"),
     "object": ("symbol", "cell", "may_be_absent", "count", "opened_by", "sprite", "color"),
     "character": (
         *(
@@ -60,7 +60,7 @@ _FIXED = "a door is an `object` with `opened_by = KEY`, and who opens it has `ca
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
 _SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
-_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
+_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
@@ -69,7 +69,7 @@ _LEVELS = "a character plans against another with `models`, or with `toward` and
 _PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
-_FLOOR = "a kind of floor is a `tile`; it can be a goal, and changes nothing about moving"
+_FLOOR = "a kind of floor is a `tile`; it can be a goal, and have a `cost` or be `one_way`"
 _MAP = "the size is that of the rows below `map`"
 
 _ELSEWHERE = {
