@@ -42,6 +42,7 @@ from i2pdsl.worlds.hypotheses import (
     goal_of,
     latents_of,
     rationality_of,
+    reading_of,
 )
 
 EVENTS = ("deus",)
@@ -208,6 +209,10 @@ class _Reader(MapReader):
                 found[rationality_of(block.name)] = f"the latent of `{block.name}`'s rationality"
                 if "attitude" in block.entries:
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
+                if "misreads" in block.entries:
+                    about = f"a latent of what `{block.name}` takes others to want"
+                    others = (b for b in self.blocks if b.keyword == "character")
+                    found |= {reading_of(block.name, b.name): about for b in others}
         return found
 
     def checked_rows(self) -> list[str]:
@@ -450,7 +455,7 @@ class _Reader(MapReader):
         circle = " and ".join(f"`{c.name}`" for c in left)
         hint = "whoever has an attitude toward another models it; leave out one of them"
         self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
-        return tuple(replace(c, models=(), attitudes=()) for c in found)
+        return tuple(replace(c, models=(), attitudes=(), misreads=()) for c in found)
 
     def one_character(
         self,
@@ -476,6 +481,12 @@ class _Reader(MapReader):
             span = block.entries["goals"].span
             self.problem("world-value", f"`{block.name}` needs a goal", span, hint)
         toward = tuple(name for name, _ in attitudes)
+        modelled = toward + tuple(name for name in models if name not in toward)
+        misreads = self.words(block, "misreads", others, "other character")
+        for name in (name for name in misreads if name not in modelled):
+            hint = f"`{block.name}` models those in `toward` and `models`"
+            message = f"`{block.name}` takes `{name}` for nothing, and cannot be wrong about it"
+            self.problem("world-cast", message, block.entries["misreads"].span, hint)
         return Character(
             block.name,
             success,
@@ -484,7 +495,8 @@ class _Reader(MapReader):
             pulls,
             carries,
             attitudes,
-            toward + tuple(name for name in models if name not in toward),
+            modelled,
+            tuple(name for name in misreads if name in modelled),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),

@@ -10,7 +10,13 @@ from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
-from i2pdsl.worlds.hypotheses import Hypothesis, attitudes_of, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    Hypothesis,
+    attitudes_of,
+    goal_of,
+    rationality_of,
+    reading_of,
+)
 
 
 class Key(NamedTuple):
@@ -52,8 +58,9 @@ def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
     }
     others = []
     for name in character.models:
-        rational = row[rationality_of(name)]
-        key = problem_of(spec, spec.character(name), row) if rational else None
+        rational, taken = row[rationality_of(name)], row.get(reading_of(character.name, name))
+        seen = row if taken is None else row | {goal_of(name): taken}
+        key = problem_of(spec, spec.character(name), seen) if rational else None
         rho = float(row[latents[name]]) if name in latents else None
         others.append(Modelled(name, rho, key))
     return Key(str(row[goal_of(character.name)]), tuple(others))

@@ -19,6 +19,7 @@ KEYS: dict[str, tuple[str, ...]] = {
             "toward",
             "attitude",
             "models",
+            "misreads",
             "symbol",
             "cell",
             "sprite",
@@ -58,7 +59,7 @@ def taken(name: str) -> str | None:
 _MOVES = "there are no other moves than one cell north, south, east or west, and staying"
 _FIXED = "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`"
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
-_SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
+_SEEN = "everyone sees everything but goals and attitudes; who may be wrong about a goal `misreads`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
 _WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
