@@ -20,6 +20,7 @@ from i2pdsl.worlds.hypotheses import (
     attitudes_of,
     goal_of,
     rationality_of,
+    reading_of,
 )
 
 # For values that the palette does not name; dashes and labels tell them apart too.
@@ -75,6 +76,15 @@ class Beliefs:
         """The attitudes of the cast, by latent."""
         return {each.latent: each for each in attitudes_of(self.cast.characters)}
 
+    @property
+    def _readings(self) -> dict[str, tuple[str, str]]:
+        """Who takes whom to want something, by latent."""
+        return {
+            reading_of(c.name, other): (c.name, other)
+            for c in self.cast.characters
+            for other in c.misreads
+        }
+
     def sentence(self, event: Claims, condition: Claims) -> tuple[str, str]:
         """An event's name, and what those think who believe it.
 
@@ -100,6 +110,9 @@ class Beliefs:
             told = " or ".join(name for name, sign in _SIGNS.items() if sign in signs)
             return told if len(self.attitudes) == 1 else f"{about.who} {told} {about.toward}"
         who, named = latent.partition("_")[2], " or ".join(map(show_value, values))
+        if latent in self._readings:
+            reader, other = self._readings[latent]
+            return f"{reader} takes {other}: {named}"
         return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
 
     def _one(self, latent: str, values: Sequence[Value]) -> str:
@@ -107,6 +120,9 @@ class Beliefs:
         about = self.attitudes.get(latent)
         if about is not None:
             return self.attitude(about, [float(v) for v in values])
+        if latent in self._readings:
+            who, other = self._readings[latent]
+            return f"{who} takes it that {self.goal(other, [str(v) for v in values])}"
         for c in self.cast.characters:
             if latent == goal_of(c.name):
                 return self.goal(c.name, [str(v) for v in values])
@@ -119,7 +135,9 @@ class Beliefs:
         return (*self._goals(script), *self._attitudes(script), *self._minds(script))
 
     def _goals(self, script: Script) -> Iterable[Panel]:
-        """For each character the probability of each of its goals."""
+        """For each character the probability of each of its goals, and of what others take it to
+        want."""
+        goals = {c.name: c.goals for c in self.cast.characters}
         for c in self.cast.characters:
             if len(c.goals) > 1:
                 latent = goal_of(c.name)
@@ -132,6 +150,15 @@ class Beliefs:
                 yield Panel(
                     f"{c.name}'s goal", "probability", series, "probability", latent, question
                 )
+
+        for latent, (who, other) in self._readings.items():
+            curves = _most(goals[other], script.query(f"P({latent} | script[:t])").T)
+            series = tuple(
+                replace(s, claim=self._one(latent, [s.label])) if s.label in goals[other] else s
+                for s in _all(curves)
+            )
+            title = f"what {who} takes {other} to want"
+            yield Panel(title, "probability", series, "probability", latent, title)
 
     def _attitudes(self, script: Script) -> Iterable[Panel]:
         """The probabilities that whoever has an attitude helps, hinders or does not care."""

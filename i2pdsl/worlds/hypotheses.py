@@ -49,6 +49,15 @@ class Minded(Protocol):
     def attitudes(self) -> tuple[tuple[str, tuple[float, ...]], ...]:
         """Whom it has an attitude to, and how large that may be."""
 
+    @property
+    def misreads(self) -> tuple[str, ...]:
+        """Of whom it may be wrong about what they want."""
+
+
+def reading_of(name: str, other: str) -> str:
+    """The latent that holds what a character takes another to want."""
+    return f"B_{name}_{other}"
+
 
 @dataclass(frozen=True)
 class Attitude:
@@ -83,8 +92,13 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
         forced = () if 0 in each.values else (0.0,)
         values = (*each.values, *forced)
         found[each.latent] = Latent(each.latent, "number", values, about, forced)
+    goals = {c.name: c.goals for c in characters}
     for c in characters:
         found[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
+    for c in characters:
+        for other in c.misreads:
+            latent, about = reading_of(c.name, other), f"what {c.name} takes {other} to want"
+            found[latent] = Latent(latent, "symbol", goals[other], about)
     for c in characters:
         about = f"whether {c.name} acts rationally, or at random"
         rational = rationality_of(c.name)
@@ -96,8 +110,8 @@ def hypotheses_of(
     characters: Sequence[Minded], is_nothing: Callable[[str], bool] = lambda goal: False
 ) -> tuple[Hypothesis, ...]:
     """The hypotheses about a cast, each distinguishable one once, in a fixed order: who is
-    rational, and of those all goals and attitudes. To one that acts at random everybody's attitude
-    is 0.
+    rational, and of those all goals and attitudes, and what they take others to want of whom they
+    may be wrong. To one that acts at random everybody's attitude is 0.
 
     Args:
         characters: those who are modelled before those who model them.
@@ -112,6 +126,10 @@ def hypotheses_of(
         wanted, latents = [goal_of(c.name) for c in minded], [each.latent for each in free]
         options: list[Sequence[str | float]]
         options = [*(c.goals for c in minded), *(each.values for each in free)]
+        for c in minded:
+            for other in (o for o in minded if o.name in c.misreads):
+                latents.append(reading_of(c.name, other.name))
+                options.append(other.goals)
         who = {rationality_of(name): r for name, r in rational.items()}
         for chosen in product(*options):
             row: Hypothesis = {}
@@ -145,5 +163,7 @@ def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
     one once for each of its goals and attitudes."""
     more = 0 if literal else 1
     cares = math.prod(more + len(each.values) for each in attitudes_of(characters))
-    wants = math.prod(more + len(c.goals) for c in characters)
-    return cares * wants * (2 ** len(characters) if literal else 1)
+    goals = {c.name: more + len(c.goals) for c in characters}
+    reads = math.prod(goals[other] for c in characters for other in c.misreads)
+    wants = math.prod(goals.values()) * (2 ** len(characters) if literal else 1)
+    return cares * reads * wants

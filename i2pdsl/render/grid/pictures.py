@@ -43,7 +43,7 @@ def stage_of(spec: GridSpec) -> Stage:
     # Own drawings of tiles and walls that a script lacks: they are rugs and blocks.
     shown = lambda sprite: "" if is_own(sprite) and sprite not in own else sprite
     tiles = tuple(
-        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""))
+        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""), t.one_way)
         for t in spec.tiles
         for cell in t.cells
     )

@@ -21,13 +21,15 @@ WALL, PULL = "#", "pull_"
 @dataclass(frozen=True)
 class Tile:
     """A named, coloured goal tile. `color` is any CSS colour; `sprite` and `drawing` are as an
-    actor's, and without them its name or a rug tells what it is."""
+    actor's, and without them its name or a rug tells what it is; `ways` are the only directions
+    in which one gets onto it and off it."""
 
     name: str
     cell: Cell
     color: str
     sprite: str = ""
     drawing: str = ""
+    ways: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

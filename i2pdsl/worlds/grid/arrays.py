@@ -25,6 +25,7 @@ class Tables(NamedTuple):
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
         cost [9]: reward of an action away from the goal.
+        ground [M]: what any action on a cell costs besides.
         gamma []: discount factor.
         reward []: reward on the goal tile.
         continuation: for each character [F * S, P], the value W after an action, before the
@@ -50,6 +51,7 @@ class Tables(NamedTuple):
     absent: Array
     success: Array
     cost: Array
+    ground: Array
     gamma: Array
     reward: Array
     continuation: tuple[Array, ...]
@@ -101,6 +103,7 @@ def padded(tables: Tables) -> Tables:
         lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
         successor=tuple(map(along(1, states), tables.successor)),
         coordinates=along(0, cells)(tables.coordinates),
+        ground=along(0, cells)(tables.ground),
         continuation=tuple(
             along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
         ),

@@ -24,6 +24,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 **({"carries": list(c.carries)} if c.carries else {}),
                 "toward": _one([name for name, _ in c.attitudes]),
                 "models": _one(c.models),
+                **({"misreads": list(c.misreads)} if c.misreads else {}),
             }
             for c in spec.characters
         ],

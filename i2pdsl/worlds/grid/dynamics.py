@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid.spec import ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
+from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
 
 Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
@@ -111,14 +111,18 @@ def _orders(spec: GridSpec) -> list[list[int]]:
 
 
 def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
-    """The neighbouring cell in each direction, -1 where there is a wall: int [N + 1, 9]."""
+    """The neighbouring cell in each direction, -1 where there is a wall or that is not the way:
+    int [N + 1, 9]."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     walls = set(spec.walls)
+    ways = {cell: tile.one_way for tile in spec.tiles if tile.one_way for cell in tile.cells}
     table = np.full((count + 1, len(ALL_ACTIONS)), -1, dtype=np.int64)
     for here, cell in number.items():
         for action, (dx, dy) in enumerate(ALL_OFFSETS):
             there = here[0] + dx, here[1] + dy
-            if (here, there) not in walls and (there, here) not in walls:
+            way = ACTIONS[action if action <= STAY else action - STAY - 1]
+            wrong = action != STAY and any(way not in ways.get(c, ACTIONS) for c in (here, there))
+            if (here, there) not in walls and (there, here) not in walls and not wrong:
                 table[cell, action] = number.get(there, -1)
     return table
 
@@ -206,7 +210,7 @@ def _successors(
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
         if action > STAY:  # it goes one cell, and what stands behind it comes to where it was
-            behind = neighbour[own, _BACK[action - STAY - 1]]
+            behind = _behind(neighbour, action)[own]
             held = np.zeros(len(cells), dtype=bool)
             for other in pulled:
                 follows = (cells[:, other] == behind) & (behind >= 0)
@@ -217,4 +221,9 @@ def _successors(
     return result
 
 
-_BACK = (1, 0, 3, 2)  # the way back of north, south, east, west
+def _behind(neighbour: np.ndarray, action: int) -> np.ndarray:
+    """The cell [N + 1] from which an action leads to each, -1 where there is none."""
+    found = np.full(len(neighbour), -1)
+    cells = np.flatnonzero(neighbour[:, action] >= 0)
+    found[neighbour[cells, action]] = cells
+    return found

@@ -14,6 +14,7 @@ from i2pdsl.worlds.hypotheses import (
     goal_of,
     hypotheses_of,
     rationality_of,
+    reading_of,
 )
 
 
@@ -29,19 +30,27 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
 
 
 def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:
-    """Goals x attitudes x rationality, an irrational one being met with indifference.
+    """Goals x attitudes x what is taken for goals x rationality, an irrational one being met with
+    indifference.
 
     What plays no part is left out of a row, so that equal rows stand here several times.
     """
-    names, attitudes = [c.name for c in characters], attitudes_of(characters)
+    goals, attitudes = {c.name: c.goals for c in characters}, attitudes_of(characters)
+    readings = [(c.name, other) for c in characters for other in c.misreads]
     rows: list[Hypothesis] = []
-    for flags in product((True, False), repeat=len(names)):
-        rational = dict(zip(names, flags, strict=True))
+    for flags in product((True, False), repeat=len(goals)):
+        rational = dict(zip(goals, flags, strict=True))
         values = [each.values if rational[each.toward] else (0.0,) for each in attitudes]
-        for goals, rhos in product(product(*(c.goals for c in characters)), product(*values)):
-            row: Hypothesis = {rationality_of(name): rational[name] for name in names}
-            wanted, cares = zip(names, goals, strict=True), zip(attitudes, rhos, strict=True)
-            row.update((goal_of(name), goal) for name, goal in wanted if rational[name])
-            row.update((each.latent, rho) for each, rho in cares if rational[each.who])
+        options = (
+            product(*goals.values()),
+            product(*values),
+            product(*(goals[o] for _, o in readings)),
+        )
+        for wanted, rhos, taken in product(*options):
+            row: Hypothesis = {rationality_of(name): r for name, r in rational.items()}
+            row |= {goal_of(n): g for n, g in zip(goals, wanted, strict=True) if rational[n]}
+            cares, reads = zip(attitudes, rhos, strict=True), zip(readings, taken, strict=True)
+            row |= {each.latent: rho for each, rho in cares if rational[each.who]}
+            row |= {reading_of(*pair): g for pair, g in reads if all(rational[n] for n in pair)}
             rows.append(row)
     return tuple(rows)

@@ -36,7 +36,8 @@ def action_values(tables: Tables, who: int, state: Array) -> Array:
     table, here = tables.continuation[who], arrangement(tables, state)
     on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[here, who]], 0, -1)
     cost = tables.cost[: len(tables.successor[who])]
-    reward = tables.reward * on_goal[..., None, :] + cost[:, None]
+    ground = tables.ground[tables.cells[here, who]][..., None, None]
+    reward = tables.reward * on_goal[..., None, :] + (cost[:, None] - ground)
     if tables.against is not None:
         return reward + _together_values(tables, tables.against[who][0], who, state)
     after = xp.moveaxis(tables.successor[who][:, here], 0, -1)
@@ -85,6 +86,7 @@ def others_reward(
     """
     xp = namespace(tables.cells)
     cost = (policy * tables.cost[: policy.shape[-2], None]).sum(-2)
+    cost = cost - tables.ground[tables.cells[here, other]][..., None]
     if against.problem is None:
         return cost * 0
     goals = xp.moveaxis(tables.goals[other][:, tables.cells[here, other]], 0, -1)

@@ -19,9 +19,11 @@ from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
+    ACTIONS,
     FLOOR,
     GROUNDS,
     NO_GOAL,
+    STAY,
     WALL,
     Cell,
     Character,
@@ -41,6 +43,7 @@ from i2pdsl.worlds.hypotheses import (
     goal_of,
     latents_of,
     rationality_of,
+    reading_of,
 )
 
 EVENTS = ("deus",)
@@ -209,6 +212,10 @@ class _Reader(MapReader):
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
                 for toward in self.targets(block):
                     found[attitude_of(block.name, toward)] = found[ATTITUDE]
+                if "misreads" in block.entries:
+                    about = f"a latent of what `{block.name}` takes others to want"
+                    others = (b for b in self.blocks if b.keyword == "character")
+                    found |= {reading_of(block.name, b.name): about for b in others}
         return found
 
     def targets(self, block: Block) -> list[str]:
@@ -299,7 +306,11 @@ class _Reader(MapReader):
                     message = f"`{block.name}` lies on a cell of `{owner[cell].name}`"
                     self.problem("world-tile", message, block.span, note=note)
                 owner[cell] = block
-            tiles.append(Tile(block.name, cells, color, sprite))
+            cost = self.number(
+                block, "cost", 0.0, lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"
+            )
+            one_way = self.words(block, "one_way", ACTIONS[:STAY], "direction")
+            tiles.append(Tile(block.name, cells, color, sprite, cost, one_way))
         return tuple(tiles)
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
@@ -461,7 +472,7 @@ class _Reader(MapReader):
         circle = f"{', '.join(most)} and {final}"
         hint = "whoever has an attitude toward another models it; leave out one of them"
         self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
-        return tuple(replace(c, models=(), attitudes=()) for c in found)
+        return tuple(replace(c, models=(), attitudes=(), misreads=()) for c in found)
 
     def one_character(
         self,
@@ -487,6 +498,12 @@ class _Reader(MapReader):
             span = block.entries["goals"].span
             self.problem("world-value", f"`{block.name}` needs a goal", span, hint)
         toward = tuple(name for name, _ in attitudes)
+        modelled = toward + tuple(name for name in models if name not in toward)
+        misreads = self.words(block, "misreads", others, "other character")
+        for name in (name for name in misreads if name not in modelled):
+            hint = f"`{block.name}` models those in `toward` and `models`"
+            message = f"`{block.name}` takes `{name}` for nothing, and cannot be wrong about it"
+            self.problem("world-cast", message, block.entries["misreads"].span, hint)
         return Character(
             block.name,
             success,
@@ -495,7 +512,8 @@ class _Reader(MapReader):
             pulls,
             carries,
             attitudes,
-            toward + tuple(name for name in models if name not in toward),
+            modelled,
+            tuple(name for name in misreads if name in modelled),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),

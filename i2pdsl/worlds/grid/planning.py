@@ -21,6 +21,7 @@ from i2pdsl.worlds.grid.problems import (
     choices,
     costs,
     expectations,
+    ground,
     imagined,
     on_goal,
     problem_keys,
@@ -253,6 +254,7 @@ def _largest_reward(spec: GridSpec, who: int) -> float:
     """The largest reward of a character for a turn, whatever its sign."""
     numbers, c = spec.settings, spec.characters[who]
     own = abs(numbers.goal) + max(abs(numbers.move), abs(numbers.stay))
+    own += max((abs(tile.cost) for tile in spec.tiles), default=0.0)
     return own * (1 + sum(max(map(abs, values)) for _, values in c.attitudes))
 
 
@@ -284,7 +286,9 @@ def _alone(spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]) 
     """The problems of a character whom nobody answers."""
     own = [key.goal for key in keys]
     goals = list(dict.fromkeys(own))
-    reward = (on_goal(spec, dynamics, goals) * spec.settings.goal)[:, dynamics.cells[:, who]].T
+    standing = on_goal(spec, dynamics, goals) * spec.settings.goal
+    here = dynamics.cells[:, who]
+    reward = standing[:, here].T - ground(spec, dynamics)[here, None]
     return Problem(
         successor=dynamics.successor[who],
         success=spec.characters[who].success,

@@ -10,7 +10,13 @@ from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
-from i2pdsl.worlds.hypotheses import Hypothesis, attitudes_of, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    Hypothesis,
+    attitudes_of,
+    goal_of,
+    rationality_of,
+    reading_of,
+)
 
 
 class Key(NamedTuple):
@@ -52,8 +58,9 @@ def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
     }
     others = []
     for name in character.models:
-        rational = row[rationality_of(name)]
-        key = problem_of(spec, spec.character(name), row) if rational else None
+        rational, taken = row[rationality_of(name)], row.get(reading_of(character.name, name))
+        seen = row if taken is None else row | {goal_of(name): taken}
+        key = problem_of(spec, spec.character(name), seen) if rational else None
         rho = float(row[latents[name]]) if name in latents else None
         others.append(Modelled(name, rho, key))
     return Key(str(row[goal_of(character.name)]), tuple(others))
@@ -75,6 +82,15 @@ def on_goal(spec: GridSpec, dynamics: Dynamics, goals: list[str]) -> np.ndarray:
     for i, goal in enumerate(goals):
         table[i, cells.get(goal, [])] = True
     return table
+
+
+def ground(spec: GridSpec, dynamics: Dynamics) -> np.ndarray:
+    """What any action on a cell costs besides: [M]; nothing where there is no cell."""
+    found = np.zeros(spec.place_count)
+    cells = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
+    for tile in spec.tiles:
+        found[[cells[cell] for cell in tile.cells]] = tile.cost
+    return found
 
 
 def imagined(spec: GridSpec, other: int) -> np.ndarray:
@@ -161,6 +177,7 @@ def rules_of(
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
         cost=costs(spec),
+        ground=ground(spec, dynamics),
         gamma=np.array(spec.settings.gamma),
         reward=np.array(spec.settings.goal),
         continuation=(),

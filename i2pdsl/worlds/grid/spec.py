@@ -26,12 +26,20 @@ GROUNDS = ("checker", "boards", "grass", "plain")
 
 @dataclass(frozen=True)
 class Tile:
-    """A kind of floor that can be a goal; it may lie on several cells (column, row)."""
+    """A kind of floor that can be a goal; it may lie on several cells (column, row).
+
+    Attributes:
+        cost: what each action of who stands there costs besides.
+        one_way: the only directions in which anything gets onto its cells, and off them; any way
+            where there are none.
+    """
 
     name: str
     cells: tuple[tuple[int, int], ...]
     color: str
     sprite: str = ""
+    cost: float = 0.0
+    one_way: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -41,6 +49,7 @@ class Character:
     Attributes:
         attitudes: the others whom this one has an attitude to, and how large that may be.
         models: the others whose plans this one sees through; those of `attitudes` are among them.
+        misreads: those of them of whom it may be wrong about what they want.
         carries: the objects that it takes by stepping on their cells, and keeps.
     """
 
@@ -52,6 +61,7 @@ class Character:
     carries: tuple[str, ...] = ()
     attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     models: tuple[str, ...] = ()
+    misreads: tuple[str, ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
@@ -293,8 +303,13 @@ class GridSpec:
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),
             *((content, key) for key in ("walls", "together")),
-            *((item, key) for item in content["characters"] for key in ("pulls", "carries")),
+            *(
+                (item, key)
+                for item in content["characters"]
+                for key in ("pulls", "carries", "misreads")
+            ),
             *((item, "opened_by") for item in content["things"]),
+            *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),
             *((item, "cell") for item in content["characters"]),
             *((item, "cells") for item in content["things"]),
         ):

@@ -7,7 +7,7 @@ from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.worlds.grid.spec import ALL_ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
-    "tile": ("symbol", "cell", "sprite", "color"),
+    "tile": ("symbol", "cell", "cost", "one_way", "sprite", "color"),
     "object": ("symbol", "cell", "may_be_absent", "count", "opened_by", "sprite", "color"),
     "character": (
         *(
@@ -19,6 +19,7 @@ KEYS: dict[str, tuple[str, ...]] = {
             "toward",
             "attitude",
             "models",
+            "misreads",
             "symbol",
             "cell",
             "sprite",
@@ -58,9 +59,9 @@ def taken(name: str) -> str | None:
 _MOVES = "there are no other moves than one cell north, south, east or west, and staying"
 _FIXED = "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`"
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
-_SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
+_SEEN = "everyone sees everything but goals and attitudes; who may be wrong about a goal `misreads`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
-_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
+_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
@@ -69,7 +70,7 @@ _LEVELS = "a character plans against another with `models`, or with `toward` and
 _PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
-_FLOOR = "a kind of floor is a `tile`; it can be a goal, and changes nothing about moving"
+_FLOOR = "a kind of floor is a `tile`; it can be a goal, and have a `cost` or be `one_way`"
 _MAP = "the size is that of the rows below `map`"
 
 _ELSEWHERE = {

@@ -76,6 +76,10 @@ class PlaneCharacter:
         return ((self.toward, self.attitude),) if self.toward else ()
 
     @property
+    def misreads(self) -> tuple[str, ...]:
+        return ()
+
+    @property
     def fastest(self) -> float:
         """Its greatest speed, in units a frame."""
         return 2 * self.speed
