@@ -37,6 +37,7 @@ class Character:
     toward: str | dict | None = None
     attitude: tuple = ()  # the values of rho, where `toward` is a name
     models: str | tuple = ()  # without attitude: plans against the other's policy nevertheless
+    misreads: tuple = ()  # those of whom it may be wrong about what they want
 
     @property
     def attitudes(self):
@@ -191,7 +192,10 @@ class World:
         """How `who` sees another: 'level 0', 'random', or as the one whose problem that is."""
         if other not in self.characters[who].modelled:
             return "level 0"
-        return self.problem(other, h) if h[f"R_{other}"] else "random"
+        if not h[f"R_{other}"]:
+            return "random"
+        taken = h.get(f"B_{who}_{other}", h[f"G_{other}"])  # what it is taken to want
+        return self.problem(other, h | {f"G_{other}": taken})
 
     def problem(self, who, h):
         """What a plan depends on: (who, own goal, [(other, rho toward it, view of it)])."""
@@ -393,7 +397,8 @@ class World:
 
 
 def literal(world):
-    """All combinations of the paper's tuple (G and R of each character, each rho), taken literally.
+    """All combinations of the paper's tuple (G and R of each character, each rho; and B, what one
+    takes another to want, where one may be wrong about it), taken literally.
 
     "When the cheese is irrational, we only include hypotheses where the robot is indifferent":
     rho = 0 alone, where the one it is about is irrational. Kitchen: G_cheese (2) x G_robot (3) x
@@ -403,6 +408,8 @@ def literal(world):
     no part, goal and rho of the irrational, are dropped, so that comparisons on them are false.
     """
     names = list(world.characters)
+    reads = [(who, other) for who in names for other in world.characters[who].misreads]
+    taken = list(product(*(world.characters[other].goals for _, other in reads)))
     goals = product(*(c.goals for c in world.characters.values()))
     goals = [dict(zip(names, each, strict=True)) for each in goals]
     found = []
@@ -411,10 +418,12 @@ def literal(world):
         values = [
             world.characters[who].attitudes[other] if r[other] else (0,) for who, other in world.rho
         ]
-        for goal, rhos in product(goals, product(*values)):
+        for goal, rhos, seen in product(goals, product(*values), taken):
             h = {f"G_{n}": goal[n] for n in names if r[n]}
             attitudes = zip(world.rho.items(), rhos, strict=True)
             h |= {latent: rho for ((who, _), latent), rho in attitudes if r[who]}
+            readings = zip(reads, seen, strict=True)
+            h |= {f"B_{who}_{other}": g for (who, other), g in readings if r[who] and r[other]}
             found.append(h | {f"R_{n}": r[n] for n in names})
     return found
 

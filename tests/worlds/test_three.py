@@ -134,16 +134,24 @@ class Case:
 
 
 CASES = {
-    # A chain; the last one cares about both. All rational: 2 goals of the queen, 2 + 1 of the
-    # fox's (goal, rho), 2 x 2 of the bear's. The queen irrational: 2 of the fox's, 1 of the bear's.
-    # The fox irrational: 2 x 2; both: 1. The bear irrational: 2 x 3, 2, 2 and 1.
+    # A chain; the last one cares about both, and the fox may be wrong about the queen. All
+    # rational: 2 goals of the queen, 2 + 1 of the fox's (goal, rho) by 2 that it may take hers to
+    # be, 2 x 2 of the bear's. The queen irrational: 2 of the fox's, 1 of the bear's. The fox
+    # irrational: 2 x 2; both: 1. The bear irrational: 2 x 3 x 2, 2, 2 and 1.
     "court": Case(
-        COURT,
+        COURT.replace("character bear\n", "    misreads = queen\ncharacter bear\n"),
         ("...", "..."),
         {"tower": (0, 0), "pond": (2, 1)},
         (
             Character("queen", 0.6, (), ("tower", "pond")),
-            Character("fox", 1, ("queen", "bear"), ("pond", "none"), {"queen": (0, 2)}),
+            Character(
+                "fox",
+                1,
+                ("queen", "bear"),
+                ("pond", "none"),
+                {"queen": (0, 2)},
+                misreads=("queen",),
+            ),
             Character("bear", 0.9, ("queen", "fox"), toward={"queen": (-1, 1), "fox": (0, 2)}),
         ),
         {"gamma": 0.8},
@@ -152,7 +160,7 @@ CASES = {
             "rho_bear_queen": {-1, 0, 1},  # 0 beside an irrational queen
             "rho_bear_fox": {0, 2},
         },
-        24 + 2 + 4 + 1 + 6 + 2 + 2 + 1,
+        48 + 2 + 4 + 1 + 12 + 2 + 2 + 1,
     ),
     # Two care about one and do not model each other. Beside a rational ewe of 2 goals rex has 2,
     # and 1 if irrational, tom 3 and 1; beside an irrational one rex 1 and 1, tom 2 and 1.

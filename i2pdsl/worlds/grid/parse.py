@@ -148,12 +148,14 @@ class _Reader(MapReader):
         """Reports a cast of which too much may be true, or latents of one name."""
         at = {block.name: block.span for block in self.blocks if block.keyword == "character"}
         latents: dict[str, str] = {}
-        for each in attitudes_of(characters):
-            if each.latent in latents:
-                message = f"`{each.who}` and `{latents[each.latent]}` both have a `{each.latent}`"
+        owned = [(each.latent, each.who) for each in attitudes_of(characters)]
+        owned += [(reading_of(c.name, other), c.name) for c in characters for other in c.misreads]
+        for latent, who in owned:
+            if latent in latents:
+                message = f"`{who}` and `{latents[latent]}` both have a `{latent}`"
                 hint = "give one of them a name without `_`"
-                self.problem("world-cast", message, at[each.who], hint)
-            latents[each.latent] = each.who
+                self.problem("world-cast", message, at[who], hint)
+            latents[latent] = who
         count = count_at_most(characters, literal)
         if count > MOST_HYPOTHESES:
             message = f"viewers would hold up to {count:,} hypotheses about this cast"
