@@ -26,6 +26,11 @@ def rationality_of(name: str) -> str:
     return f"R_{name}"
 
 
+def attitude_of(name: str, toward: str) -> str:
+    """The latent that holds how much one cares about another, where there are several such."""
+    return f"{ATTITUDE}_{name}_{toward}"
+
+
 def is_attitude(latent: str) -> bool:
     """Whether a latent holds how much somebody cares about another."""
     return latent == ATTITUDE or latent.startswith(f"{ATTITUDE}_")
@@ -73,7 +78,7 @@ class Attitude:
 def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
     """All attitudes of a cast."""
     pairs = [(c.name, toward, values) for c in characters for toward, values in c.attitudes]
-    names = [f"{ATTITUDE}_{who}_{toward}" for who, toward, _ in pairs]
+    names = [attitude_of(who, toward) for who, toward, _ in pairs]
     latents = names if len(pairs) > 1 else [ATTITUDE]
     return tuple(Attitude(name, *pair) for name, pair in zip(latents, pairs, strict=False))
 
@@ -84,8 +89,9 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
     for each in attitudes_of(characters):
         about = f"{each.who}'s attitude toward {each.toward}: helping above 0, hindering below"
         # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
-        values = each.values if 0 in each.values else (*each.values, 0.0)
-        found[each.latent] = Latent(each.latent, "number", values, about)
+        forced = () if 0 in each.values else (0.0,)
+        values = (*each.values, *forced)
+        found[each.latent] = Latent(each.latent, "number", values, about, forced)
     goals = {c.name: c.goals for c in characters}
     for c in characters:
         found[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
@@ -152,9 +158,11 @@ def _attitudes_where(
     return free, {each.latent: 0.0 for each in mine if each not in free}, held
 
 
-def count_at_most(characters: Sequence[Minded]) -> int:
-    """No more than so many hypotheses there are, without listing them."""
-    cares = math.prod(1 + len(each.values) for each in attitudes_of(characters))
-    goals = {c.name: len(c.goals) for c in characters}
-    reads = math.prod(1 + goals[other] for c in characters for other in c.misreads)
-    return cares * reads * math.prod(1 + count for count in goals.values())
+def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
+    """No more than so many hypotheses there are, without listing them; `literal`: each irrational
+    one once for each of its goals and attitudes."""
+    more = 0 if literal else 1
+    cares = math.prod(more + len(each.values) for each in attitudes_of(characters))
+    goals = {c.name: more + len(c.goals) for c in characters}
+    reads = math.prod(goals[other] for c in characters for other in c.misreads)
+    return cares * reads * math.prod(goals.values()) * (2 ** len(characters) if literal else 1)

@@ -42,6 +42,21 @@ def words(found: list[Completion]) -> set[str]:
     }
 
 
+THREE = "world court\nlength 5\n"
+OF_THREE = {
+    "maximize P(rho_¦": "rho_knight_princess rho_ghost_princess rho_ghost_knight",
+    "maximize P(rho_ghost_knight = ¦": "-2 2 0",
+    "pin script[2] = [princess: west, ¦": "knight ghost",
+    "let x = script ++ [princess: stay, knight: west, ¦": "ghost",
+    "maximize P(rho_ghost_knight > 0 | script[:t, ¦": "princess knight ghost",
+}
+
+
+@pytest.mark.parametrize("marked", OF_THREE)
+def test_the_words_of_a_world_with_three(marked: str) -> None:
+    assert words(offered(marked, THREE)) == set(OF_THREE[marked].split())
+
+
 SEEN = "at absent adjacent touching sees distance"
 EXACT = {
     # Values of latents.

@@ -37,6 +37,7 @@ from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import (
     ATTITUDE,
+    attitude_of,
     attitudes_of,
     count_at_most,
     goal_of,
@@ -129,7 +130,7 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
-        self.check_cast(characters)
+        self.check_cast(characters, settings.hypotheses == "literal")
         shares = self.shares(latents_of(characters))
         if shares and not self.problems:
             self.check_prior(shares, grid_hypotheses(spec))
@@ -143,7 +144,7 @@ class _Reader(MapReader):
             self.problem("world-map", message, self.map_span, hint)
         return spec
 
-    def check_cast(self, characters: tuple[Character, ...]) -> None:
+    def check_cast(self, characters: tuple[Character, ...], literal: bool) -> None:
         """Reports a cast of which too much may be true, or latents of one name."""
         at = {block.name: block.span for block in self.blocks if block.keyword == "character"}
         latents: dict[str, str] = {}
@@ -153,7 +154,7 @@ class _Reader(MapReader):
                 hint = "give one of them a name without `_`"
                 self.problem("world-cast", message, at[each.who], hint)
             latents[each.latent] = each.who
-        count = count_at_most(characters)
+        count = count_at_most(characters, literal)
         if count > MOST_HYPOTHESES:
             message = f"viewers would hold up to {count:,} hypotheses about this cast"
             hint = f"fewer goals or values of attitudes: at most {MOST_HYPOTHESES:,}"
@@ -207,13 +208,26 @@ class _Reader(MapReader):
             if block.keyword == "character":
                 found[goal_of(block.name)] = f"the latent of `{block.name}`'s goal"
                 found[rationality_of(block.name)] = f"the latent of `{block.name}`'s rationality"
-                if "attitude" in block.entries:
+                if {"toward", "attitude"} & set(block.entries):
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
                 if "misreads" in block.entries:
                     about = f"a latent of what `{block.name}` takes others to want"
                     others = (b for b in self.blocks if b.keyword == "character")
                     found |= {reading_of(block.name, b.name): about for b in others}
+                for toward in self.targets(block):
+                    found[attitude_of(block.name, toward)] = found[ATTITUDE]
         return found
+
+    def targets(self, block: Block) -> list[str]:
+        """Whom a character has an attitude to, as it is written."""
+        toward = block.entries.get("toward")
+        if toward is None:
+            return []
+        if toward.kind == "mapping":
+            written = [who for who, _ in toward.value]
+        else:
+            written = toward.value if toward.kind == "list" else [toward]
+        return [str(who.value) for who in written if who.kind in ("name", "text")]
 
     def checked_rows(self) -> list[str]:
         rows = self.rows or []
@@ -445,14 +459,17 @@ class _Reader(MapReader):
         """The characters; if some model each other in a circle that is a mistake, and they model
         nobody."""
         left, names = list(found), {c.name for c in found}
-        while any(not names & {*c.models} for c in left):
-            left = [c for c in left if names & {*c.models}]
-            names = {c.name for c in left}
+        beside = names
+        while beside:  # who models none of the others, or is modelled by none, is in no circle
+            modelled = {name for c in left for name in c.models}
+            beside = {c.name for c in left if c.name not in modelled or not names & {*c.models}}
+            left, names = [c for c in left if c.name not in beside], names - beside
         if not left:
             return found
         last = next(b for b in reversed(blocks) if b.name in names)
         span = next(last.keys[key] for key in ("toward", "models") if key in last.keys)
-        circle = " and ".join(f"`{c.name}`" for c in left)
+        *most, final = (f"`{c.name}`" for c in left)
+        circle = f"{', '.join(most)} and {final}"
         hint = "whoever has an attitude toward another models it; leave out one of them"
         self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
         return tuple(replace(c, models=(), attitudes=(), misreads=()) for c in found)
@@ -526,6 +543,9 @@ class _Reader(MapReader):
             if toward is not None and not block.damaged:
                 message = f"`{block.name}` has no attitude toward anyone"
                 hint = "give its values: attitude = {-1, 0, 1}"
+                if len(names) > 1:
+                    each = ", ".join(f"{name}: {{-1, 0, 1}}" for name in names)
+                    hint = f"give the values of each: toward = {{{each}}}"
                 self.problem("world-cast", message, block.keys["toward"], hint)
             return ()
         if toward is None and not block.damaged:
@@ -619,7 +639,8 @@ class _Reader(MapReader):
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
                 both = f"or `order = {TOGETHER}`: both at the same time"
-                hint = both if len(names) == 2 else None
+                missing = " and ".join(f"`{name}`" for name in names if name not in order)
+                hint = both if len(names) == 2 else f"add {missing}"
                 message = "the order must name every character once"
                 self.problem("world-value", message, span, hint)
         return characters
