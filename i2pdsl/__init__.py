@@ -11,7 +11,7 @@ After Chandra, Li, Tenenbaum and Ragan-Kelley 2023, DOI 10.1145/3588432.3591510.
 from __future__ import annotations
 
 import i2pdsl.forks  # noqa: F401  looks whether a process is forked, from now on
-from i2pdsl.shown import shows_later
+from i2pdsl.shown import desks_are, shows_later
 
 TYPE_CHECKING = False  # as typing's, which takes time to import
 if TYPE_CHECKING:
@@ -41,7 +41,14 @@ def _show() -> None:
     import i2pdsl.notebook.display  # noqa: F401  says how notebooks show things
 
 
+def _desk(story: Story) -> Any:
+    import importlib
+
+    return importlib.import_module("i2pdsl.studio.cell").StudioWidget(story)
+
+
 shows_later(_show)
+desks_are(_desk)
 
 
 def load_ipython_extension(shell: Any) -> None:

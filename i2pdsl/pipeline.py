@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -23,13 +23,16 @@ from i2pdsl.scripts import Answer, Script, script_from, script_of_positions
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
 from i2pdsl.search.wishes import wishes_of
-from i2pdsl.shown import Shown
+from i2pdsl.shown import Shown, desk_of
 from i2pdsl.worlds.find import find_spec, find_vocabulary, world_warnings
 from i2pdsl.worlds.kind import Spec, Watch
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.ready import ready_world, viewers_of
 from i2pdsl.worlds.record import Kept, runs_of
 from i2pdsl.worlds.world import Viewer, World
+
+if TYPE_CHECKING:
+    from i2pdsl.studio.cell import StudioWidget
 
 Value = float | str | Iterable[float]
 """A setting in Python."""
@@ -194,6 +197,21 @@ class Story(Shown):
         ]
         source = self.typed.source
         return self._retold(Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""])))
+
+    def studio(self) -> StudioWidget:
+        """The story on its stage in a cell of a notebook: to be played, dragged, drawn, written.
+
+        What hands do is in the widget's `text`; its `story` and `script` are what comes of it.
+
+        Raises StoryError without anywidget (`pip install 'i2pdsl[notebook]'`).
+        """
+        try:
+            desk: StudioWidget = desk_of(self)
+        except ImportError as problem:
+            message = f"`studio()` needs {problem.name}"
+            hint = "pip install 'i2pdsl[notebook]'"
+            raise error("notebook", message, whole_file(self.typed.source.name), hint) from None
+        return desk
 
     def script_from_positions(self, table: Any, watch: Watch | None = None) -> Script:
         """What this story's audience sees in a table of positions (`Script.from_positions`): a

@@ -1,4 +1,5 @@
-"""What notebooks show instead of a `repr`. Nothing here knows how: who shows a class says so."""
+"""What notebooks show instead of a `repr`, and what a story is changed by there. Nothing here knows
+how: who shows a class says so."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ Bundle = tuple[dict[str, "Any"], dict[str, "Any"]]
 
 _SHOWN: dict[type, Callable[[Any], Bundle]] = {}
 _later: Callable[[], object] | None = None
+_desk: Callable[[Any], Any] | None = None
 
 
 class Shown:
@@ -33,3 +35,16 @@ def shows_later(load: Callable[[], object]) -> None:
 def shows(kind: type[Shown], how: Callable[[Any], Bundle]) -> None:
     """From now on objects of a class are shown so."""
     _SHOWN[kind] = how
+
+
+def desks_are(made: Callable[[Any], Any]) -> None:
+    """What makes the widget by which a story is changed in a notebook. Raises ImportError."""
+    global _desk
+    _desk = made
+
+
+def desk_of(story: Any) -> Any:
+    """That widget. Raises ImportError where it cannot be."""
+    if _desk is None:
+        raise ImportError("nobody makes widgets")
+    return _desk(story)

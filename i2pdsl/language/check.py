@@ -385,7 +385,7 @@ class _Checker:
 
     def start(self) -> ty.Typed | None:
         given: ast.Start | None = self.first(ast.Start)
-        if given is not None and not self.world.enumerable:
+        if given is not None and not (self.world.enumerable or self.world.size):
             message = f"stories of world {self.world.world} all start in the same state"
             self.problem("start", message, given.span, "leave out the `start`")
             return None

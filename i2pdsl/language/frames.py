@@ -231,6 +231,7 @@ class Frames(Predicates):
             message = f"`{event}` brings no `{thing}`"
             raise self.fail("no-event", message, stripped.span, inner, hint)
         cells = self.place(fall.place, env)
+        assert not isinstance(cells, ty.Point)  # events happen on maps
         if len(cells) != 1:
             message = f"this tile lies on {len(cells)} cells, and only one can be hit"
             raise self.blame("no-place", message, fall.place, env, "write (column, row)")

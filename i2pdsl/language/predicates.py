@@ -12,6 +12,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.arithmetic import Arithmetic
 from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item
 from i2pdsl.language.scope import Env
+from i2pdsl.language.vocabulary import Predicate
 
 
 class Predicates(Arithmetic):
@@ -91,7 +92,7 @@ class Predicates(Arithmetic):
                 raise self.fail("arguments", message, argument.span, env, f"write `{shown}`")
         arguments = self.each(
             [
-                lambda k=kind, a=argument: self.feature_argument(k, a.value, env)  # type: ignore[misc]
+                lambda k=kind, a=argument: self.feature_argument(predicate, k, a.value, env)  # type: ignore[misc]
                 for kind, argument in zip(predicate.parameters, node.arguments, strict=True)
             ]
         )
@@ -99,13 +100,13 @@ class Predicates(Arithmetic):
         kind = "number" if predicate.is_number else "truth"
         return Item(kind, ty.Feature(predicate.name, tuple(arguments), moment))
 
-    def feature_argument(self, kind: str, node: ast.Expr, env: Env) -> Any:
+    def feature_argument(self, predicate: Predicate, kind: str, node: ast.Expr, env: Env) -> Any:
         if kind == "place":
-            return self.place(node, env)
+            return self.place(node, env, predicate.takes_points)
         if kind == "character":
             return self.character(node, env)
         if kind == "spot":
-            return self.spot(node, env)
+            return self.spot(node, env, predicate.takes_points)
         known = self.world.things if kind == "object" else self.entities
         return self.entities.index(self.named(node, env, known, kind))
 
@@ -133,24 +134,29 @@ class Predicates(Arithmetic):
             hint = "known here: " + ", ".join(known)
         raise self.fail(code, message, stripped.span, inner, hint or None)
 
-    def spot(self, node: ast.Expr, env: Env) -> int | tuple[tuple[int, int], ...]:
+    def spot(
+        self, node: ast.Expr, env: Env, points: bool
+    ) -> int | tuple[tuple[int, int], ...] | ty.Point:
         """A character, an object or a place."""
         names = (*self.entities, *self.world.places)
         stripped, inner = self.strip(node, env, names, "the name of a character, object or place")
         if isinstance(stripped, ast.Name) and stripped.id in self.entities:
             return self.entities.index(stripped.id)
         if not isinstance(stripped, ast.Name) or stripped.id in self.world.places:
-            return self.place(node, env)
+            return self.place(node, env, points)
         hint = did_you_mean(stripped.id, names) or "known here: " + ", ".join(names)
         message = f"there is no character, object or place `{stripped.id}`"
         raise self.fail("no-place", message, stripped.span, inner, hint)
 
-    def place(self, node: ast.Expr, env: Env) -> tuple[tuple[int, int], ...]:
-        """The cells that a tile's name or a pair (column, row) stands for; a world without a map
-        has only places with names."""
-        has_map = self.world.columns > 0
+    def place(
+        self, node: ast.Expr, env: Env, points: bool = False
+    ) -> tuple[tuple[int, int], ...] | ty.Point:
+        """The cells that a tile's name or a pair (column, row) stands for; in a world without a map
+        a place with a name or, where `points` are taken, a pair (x, y)."""
+        has_map, area = self.world.columns > 0, self.world.size if points else None
         what = "tile" if has_map else "place"
         listed = "or write (column, row)" if has_map else "places: " + ", ".join(self.world.places)
+        listed += ", or write (x, y)" if area else ""
         stripped, inner = self.strip(node, env, tuple(self.world.places), f"the name of a {what}")
         if isinstance(stripped, ast.Name):
             if stripped.id not in self.world.places:
@@ -159,6 +165,13 @@ class Predicates(Arithmetic):
                 raise self.fail("no-place", message, stripped.span, inner, hint)
             return self.world.places[stripped.id]
         item = self.item(stripped, replace(inner, inside="", times=None))
+        if item.kind == "pair" and area is not None:
+            x, y = item.value
+            if not (0 <= x <= area[0] and 0 <= y <= area[1]):
+                message = f"({x:g}, {y:g}) is outside {area[0]:g} x {area[1]:g} units"
+                hint = "x grows to the right and y upwards, from the lower left corner"
+                raise self.blame("no-place", message, node, env, hint)
+            return ty.Point(float(x), float(y))
         if item.kind != "pair" or not has_map:
             hint = "write a tile's name or (column, row)" if has_map else listed
             raise self.blame(

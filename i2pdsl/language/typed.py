@@ -236,14 +236,22 @@ class Belief:
 
 
 @dataclass(frozen=True)
+class Point:
+    """A place of a world in which bodies move, in its units."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
 class Feature:
     """A predicate or quantity of a frame, or of the initial state where `moment` is None.
 
-    Arguments are indices of entities, or (column, row) cells.
+    Arguments are indices of entities, (column, row) cells, or points.
     """
 
     predicate: str
-    arguments: tuple[int | tuple[tuple[int, int], ...], ...]
+    arguments: tuple[int | tuple[tuple[int, int], ...] | Point, ...]
     moment: Moment | None
 
     @property

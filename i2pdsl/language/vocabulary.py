@@ -40,6 +40,11 @@ class Predicate:
     Each parameter is `character`, `thing` (an object or a character), `place` (a tile or a
     cell) or `spot` (any of these). `needs_action` tells predicates of frames from predicates of
     states; `is_number` tells quantities (progress, effort) from predicates.
+
+    Attributes:
+        takes_points: whether a place may be any point (x, y) of a world that has a `size`.
+        missed_by: what the world calls the quantity by which it misses, of the same arguments: 0
+            where it holds. Without it there is nothing but that it does not hold.
     """
 
     name: str
@@ -47,6 +52,8 @@ class Predicate:
     documentation: str
     needs_action: bool = False
     is_number: bool = False
+    takes_points: bool = False
+    missed_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -121,6 +128,7 @@ class Vocabulary:
         can_fail: the characters whose moves can fail.
         events: event -> the objects that it can bring.
         places: tile -> its cells (column, row); `columns` x `rows` is the map's size.
+        size: of a world without a map whose points (x, y) can be named: its width and height.
         automatic: the automatic terms that the world has; `weights`: how much each counts there.
         observer_settings: the settings in which a viewer may differ from the world.
         enumerable: whether actions can be enumerated (beam search) or are continuous (descent).
@@ -155,6 +163,7 @@ class Vocabulary:
     search_settings: Settings = ()
     usual_length: int = 15
     longest: int | None = None
+    size: tuple[float, float] | None = None
     limited_to: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     preposition: str = "in the"
     documentation: str = ""

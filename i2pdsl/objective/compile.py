@@ -76,7 +76,7 @@ class Compiler:
             np.array(self.masks, dtype=bool).reshape(-1, hypotheses),
             tuple(groups),
             np.array(self.quantities, dtype=float).reshape(-1, hypotheses),
-            tuple(np.array(p, dtype=np.int32) for p in self.places),
+            tuple(np.array(p, getattr(p, "dtype", np.int32)) for p in self.places),
             reach=tuple(map(self._reach, self.aways)),
         )
 

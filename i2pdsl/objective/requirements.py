@@ -9,7 +9,8 @@ as soon as no turns lead there in time (reach.py). What may still be fulfilled i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,7 +41,8 @@ def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
     conditions = [r.condition for r in story.requirements]
     if not story.vocabulary.enumerable:
         conditions += [pin.condition for pin in story.pins]
-        verdicts = _Verdicts(story.length, None)
+        missed_by = {p.name: p.missed_by for p in story.vocabulary.predicates.values()}
+        verdicts = _Verdicts(story.length, None, missed_by)
         return [(-SHORTFALL, verdicts.shortfall(c, True)) for c in conditions]
     verdicts = _Verdicts(story.length, world.events(story.allow))
     one, zero = ty.Constant(1.0), ty.Constant(0.0)
@@ -93,11 +95,13 @@ class _Verdicts:
     """Reads conditions of a script of `length` frames as conditions of its prefixes.
 
     `events` are those that may happen, in the world's numbers; None where states cannot be listed,
-    and only the end tells what was not reached.
+    and only the end tells what was not reached. `missed_by` names, for a predicate, the quantity
+    by which it misses.
     """
 
     length: int
     events: tuple[int, ...] | None
+    missed_by: Mapping[str, str] = field(default_factory=dict)
 
     def broken(self, node: ty.Typed) -> ty.Typed:
         """Whether a condition can no longer hold."""
@@ -105,7 +109,8 @@ class _Verdicts:
 
     def shortfall(self, node: ty.Typed, wanted: bool) -> ty.Typed:
         """By how much a condition misses being true (or false) once that is decided, 0 where it
-        does not: smooth where predicates are, as far as comparisons go, and else 1."""
+        does not: smooth where predicates are, by as much as predicates say that they miss, as far
+        as comparisons go, and else 1."""
         match node:
             case ty.Apply(operation="not", arguments=(part,)):
                 return self.shortfall(part, not wanted)
@@ -115,14 +120,22 @@ class _Verdicts:
                 misses = tuple(self.shortfall(part, wanted) for part in parts)
                 return ty.Apply("add" if (node.operation == "and") == wanted else "min", misses)
         last = self._decided(node)
+        if wanted and isinstance(node, ty.Feature) and self.missed_by.get(node.predicate):
+            gap = replace(node, predicate=self.missed_by[node.predicate])
+            return self._once(last, self._fixed(gap))
         value = self._fixed(node)
         missed = value if not wanted else ty.Apply("add", (_number(1), _minus(value)))
         if isinstance(node, ty.Reduction) and not wanted:  # never [...]
             return missed
         if isinstance(value, ty.Apply):
             missed = self._gap(value, wanted)
+        return self._once(last, missed)
+
+    @staticmethod
+    def _once(last: int, value: ty.Typed) -> ty.Typed:
+        """A number from frame `last` on, and 0 before."""
         there = _is(_COUNT, "greater_equal", _number(last))
-        return ty.Apply("choose", (there, missed, _number(0)))
+        return ty.Apply("choose", (there, value, _number(0)))
 
     def _gap(self, node: ty.Apply, wanted: bool) -> ty.Typed:
         """By how much a comparison misses."""

@@ -26,9 +26,11 @@ class PictureScope:
 
 def allowed_starts(world: World, condition: ty.Typed | None) -> np.ndarray:
     """The initial states that fulfil a checked condition, in order; all of them without one."""
-    states = world.starts()
     if condition is None:
-        return states
+        return world.starts()
+    features = [node for node in ty.walk(condition) if isinstance(node, ty.Feature)]
+    points = [a for node in features for a in node.arguments if isinstance(a, ty.Point)]
+    states = world.starts(tuple(dict.fromkeys(points))) if points else world.starts()
     compiler = Compiler(world, 0)
     closure = compiler.build(condition)
     with np.errstate(all="ignore"):  # 1/0 is infinite, as in a query

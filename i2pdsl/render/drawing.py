@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.explain import as_story
+from i2pdsl.language.story import TypedStory
 from i2pdsl.objective.subjects import Claims
 from i2pdsl.render.alone import Alone
 from i2pdsl.render.characters import Ink
@@ -30,6 +31,20 @@ class Spot:
     place: str
     at: Point
     shape: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where somebody can be put who can be put between spots, too.
+
+    Attributes:
+        reached: what can be reached in time, as boxes (x, y, width, height) in the picture; None
+            where that is not known.
+        along: the direction of the one way that there is, as (dx, dy); None where all are open.
+    """
+
+    reached: tuple[tuple[float, float, float, float], ...] | None = None
+    along: Point | None = None
 
 
 @dataclass(frozen=True)
@@ -95,15 +110,46 @@ class Drawing(ABC):
         none without a story."""
         return ""
 
+    def units(self, spec: Any) -> tuple[Point, Point] | None:
+        """How points of the empty stage are places of a file: (a, b) and (c, d), so that (x, y) is
+        (a x + b, c y + d); None where places are not told by numbers."""
+        return None
+
     def spots(self, spec: Any) -> list[Spot]:
         """Where characters and objects can be put by hand; nowhere where stories have no words
         for it."""
         return []
 
     def seen(self, script: Script) -> list[Seen]:
-        """Who can be taken hold of, and where they are in the film; nobody where there are no
-        spots."""
+        """Who can be taken hold of, and where they are in the film; nobody where stories have no
+        words for places."""
         return []
+
+    def held(self, spec: Any) -> tuple[str, ...]:
+        """Their names, without a film: those of whom stories can say `at(...)`."""
+        words = kind_of(spec).vocabulary(spec)
+        if "at" not in words.predicates:
+            return ()
+        everybody = words.predicates["at"].parameters[0] == "thing"
+        return (*words.characters, *(words.things if everybody else ()))
+
+    def example_of_pin(self, spec: Any) -> str:
+        """What is said of somebody who is put somewhere; empty where nobody can be."""
+        held, spots = self.held(spec), self.spots(spec)
+        return f"at({held[0]}, {spots[0].place})" if held and spots else ""
+
+    def room(self, world: Any, story: TypedStory, frame: int, who: str) -> Room | None:
+        """Where somebody can be put in a frame besides spots, if what else is pinned of it is kept;
+        None where spots are all that there is."""
+        return None
+
+    def said_of(self, script: Script, frame: int, who: str, at: Point) -> str:
+        """What stories say of somebody who is put at a point in a frame of a film.
+
+        Raises StoryError where it cannot be.
+        """
+        message = f"in worlds like {script.world.name} only places can be chosen"
+        raise error("pin", message, whole_file(script.record.where))
 
 
 def one_by_one(scripts: Sequence[Script]) -> StoryError:

@@ -74,17 +74,14 @@ class Focus:
         return text
 
     def _said(self, t: int) -> list[_Said]:
-        """What viewers think after frame t. What somebody does not think need not be said where
-        there is something else that he does."""
+        """What viewers think after frame t. What somebody does not think need not be said where he
+        thinks something that excludes it."""
         found = [said for panel in self.told for said in _statements(panel, t)]
-        claims = [said.claim for said in found]
-        convinced = {said.audience for said in found if said.verb in _CONVINCED}
+        believed = [said for said in found if said.verb in _CONVINCED]
         told = [
             said
             for said in found
-            if said.verb not in _DOUBTING
-            or said.audience not in convinced
-            or claims.count(said.claim) > 1
+            if said.verb not in _DOUBTING or not any(_excludes(one, said) for one in believed)
         ]
         return told[:TOLD_MAX]
 
@@ -246,7 +243,11 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
             claim = ""  # viewers are asked to believe the condition, and then it goes without it
         hue, audience = HUES[len(found)], script.audience_of(subject.viewers).name
         label = f"{audience}: {label}" if named else label
-        found.append(Series(label, np.asarray(values, float), hue, claim=claim, audience=audience))
+        told = np.asarray(values, float)
+        same = len({s.given for s in subjects}) == 1  # else to exclude each other means nothing
+        both = zip(subject.about, subject.given, strict=True)
+        asked = tuple(a and g for a, g in both) if same else ()
+        found.append(Series(label, told, hue, claim=claim, audience=audience, event=asked))
     return tuple(found)
 
 
@@ -255,13 +256,20 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
 
 class _Said(NamedTuple):
     """What an audience thinks: how sure it is, and of what; where that is one claim among others,
-    the claim; and how much it is believed, in brackets."""
+    the claim, how much it is believed, in brackets, and the hypotheses of which it is true."""
 
     audience: str
     verb: str
     clause: str
     claim: str = ""
     share: str = ""
+    event: ty.Mask = ()
+
+
+def _excludes(one: _Said, other: _Said) -> bool:
+    """Whether of two claims of an audience not both can be true."""
+    both = [a and b for a, b in zip(one.event, other.event, strict=False)]
+    return one.audience == other.audience and bool(both) and not any(both)
 
 
 def _statements(panel: Panel, t: int) -> list[_Said]:
@@ -318,9 +326,9 @@ def _degree(series: Series, p: float) -> _Said:
     """How much viewers believe something for itself."""
     claim, share = series.claim, f" ({percent(p)})"
     if abs(p - 0.5) < UNSURE:
-        return _Said(series.audience, "cannot tell", f"whether {claim}", claim)
+        return _Said(series.audience, "cannot tell", f"whether {claim}", claim, "", series.event)
     verb = _verb(p) if p > 0.5 else "do not think" if p < 1 - LIKELY else "rather doubt"
-    return _Said(series.audience, verb, f"that {claim}", claim, share)
+    return _Said(series.audience, verb, f"that {claim}", claim, share, series.event)
 
 
 def _fortune(series: Series, t: int) -> _Said:

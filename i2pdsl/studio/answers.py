@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Page", Any], Awaitable[dict[str, Any]]]
 HANDLERS: dict[str, Handler] = {}
-_PLACE = re.compile(r"\w{1,80}|\(\d{1,4}, ?\d{1,4}\)")
+_PLACE = re.compile(r"\w{1,80}|\(\d{1,4}(\.\d{1,4})?, ?\d{1,4}(\.\d{1,4})?\)")
 MOST_CANDIDATES = 24
 
 
@@ -57,10 +57,34 @@ async def by_hand(
 
 @answers
 async def pin(page: Page, asked: ask.Pin) -> dict[str, Any]:
-    from i2pdsl.studio import hands
+    from i2pdsl.studio import asking, hands
 
     who, place = _who(asked.who), _place(asked.place)
-    return await by_hand(page, asked, lambda text: hands.pin(text, asked.frame, who, place))
+    if asked.at is None:
+        return await by_hand(page, asked, lambda text: hands.pin(text, asked.frame, who, place))
+    made, at = page.films[asked.film or ""], asked.at
+    said = await page.aside(lambda: asking.said_of(made, asked.frame, who, at))
+    return await by_hand(page, asked, lambda text: hands.say(text, asked.frame, who, said))
+
+
+@answers
+async def during(page: Page, asked: ask.Stretch) -> dict[str, Any]:
+    made = page.films[asked.film]
+
+    def found() -> list[dict[str, Any]]:
+        from i2pdsl.studio.during import offers
+
+        return offers(made, asked.first, asked.last)
+
+    return {"offers": await page.aside(found)}
+
+
+@answers
+async def say(page: Page, asked: ask.Say) -> dict[str, Any]:
+    from i2pdsl.studio import hands
+
+    do = lambda text: hands.during(text, asked.first, asked.last, asked.condition)
+    return await by_hand(page, asked, do)
 
 
 @answers
@@ -68,7 +92,8 @@ async def unpin(page: Page, asked: ask.Unpin) -> dict[str, Any]:
     from i2pdsl.studio import hands
 
     who = _who(asked.who) if asked.who else None
-    return await by_hand(page, asked, lambda text: hands.unpin(text, asked.frame, who))
+    do = lambda text: hands.unpin(text, asked.frame, who, asked.last)
+    return await by_hand(page, asked, do)
 
 
 @answers
@@ -154,14 +179,14 @@ async def play(page: Page, asked: ask.Play) -> dict[str, Any]:
     who, story = _who(asked.who), page.story(asked)
     page.studio.solver.touch()  # a hand is on something: soon something newer will be asked
 
-    def found() -> list[dict[str, Any]]:
+    def found() -> dict[str, Any]:
         from i2pdsl.studio.making import world_of
         from i2pdsl.studio.spots import spots
         from i2pdsl.worlds.kind import Watch
 
         return spots(story, world_of(story, Watch()), asked.frame, who)
 
-    return {"version": asked.version, "spots": await page.aside(found)}
+    return {"version": asked.version, **await page.aside(found)}
 
 
 # Films.
@@ -310,7 +335,7 @@ async def size(page: Page, asked: ask.Size) -> dict[str, Any]:
 async def entity(page: Page, asked: ask.Entity) -> dict[str, Any]:
     from i2pdsl.studio import worlds
 
-    given = asked.what, asked.name, asked.settings
+    given = asked.what, asked.name, asked.settings, asked.another
     do = lambda text, path: worlds.with_block(text, path, *given)
     return await _world_by_hand(page, asked, do)
 

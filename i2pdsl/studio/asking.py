@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
 from i2pdsl.pipeline import Script, Story
+from i2pdsl.render.pictures import drawing_for
 from i2pdsl.render.reasons import Change, account_of, frames_in_words
 from i2pdsl.scripts import script_of
 from i2pdsl.search.searches import search_of
@@ -191,6 +193,14 @@ def as_script(story: Story, path: Trajectory, like: Script) -> Script:
         with np.errstate(all="ignore"):
             score = score_script(typed, like.world, frames)
     return script_of(typed, like.world, path, frames, dict(like.record.story), score)
+
+
+def said_of(made: Made, frame: int, who: str, at: Sequence[float]) -> str:
+    """What a story says of somebody who is put at a point of the stage. Raises StoryError."""
+    drawing, spec = drawing_for(made.script.world.spec), made.script.world.spec
+    if who not in drawing.held(spec) or len(at) != 2 or not 0 <= frame <= made.script.length:
+        raise Refusal(USAGE, f"`{who[:40]}` cannot be put there")
+    return drawing.said_of(made.script, frame, who, (at[0], at[1]))
 
 
 def kept(made: Made, first: int, last: int) -> list[str]:

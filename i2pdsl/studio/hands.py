@@ -87,16 +87,21 @@ def _start(text: StoryText, who: str, condition: str) -> StoryText:
     return text.with_changes([Change(told.span.start, told.span.end, together)])
 
 
-def unpin(text: StoryText, frame: int, who: str | None) -> StoryText:
-    """A frame without what pins it, or without what pins somebody in it."""
+def unpin(text: StoryText, frame: int, who: str | None, last: int | None = None) -> StoryText:
+    """A frame without what pins it, or without what pins somebody in it; with `last`, that only
+    which pins these frames together."""
     changes = []
     if frame == 0:
         for start in text.program.of(ast.Start):
             changes += _freed_of(text, start, start.condition, who)
     for statement in text.program.of(ast.Pin):
         frames = text.frames(statement)
-        if frames is not None and frame in frames:
+        if frames is None or frame not in frames:
+            continue
+        if last is None:
             changes += _freed(text, statement, frame, who)
+        elif frames == range(frame, last + 1):
+            changes += _freed_at_all(text, statement, who)
     if not changes:
         raise Refusal(USAGE, "nothing is pinned there")
     return text.with_changes(changes)
@@ -107,18 +112,7 @@ def _freed(text: StoryText, pin: ast.Pin, frame: int, who: str | None) -> list[C
     frames = text.frames(pin)
     assert frames is not None
     if len(frames) == 1:
-        if pin.condition is not None:
-            return _freed_of(text, pin, pin.condition, who)
-        acts = _acts(pin)
-        mine = [act for act in acts if same_name(act.who.id) == who]
-        if who is None or (mine and len(acts) == 1):
-            return [text.without(pin.span)]
-        if not mine:
-            return []
-        number = acts.index(mine[0])
-        if number:
-            return [Change(acts[number - 1].span.end, mine[0].span.end, "")]
-        return [Change(mine[0].span.start, acts[1].span.start, "")]
+        return _freed_at_all(text, pin, who)
     if who is not None and not _speaks_of(pin, who):
         return []
     behind = text.text[_behind(text, pin) : pin.span.end]
@@ -129,6 +123,22 @@ def _freed(text: StoryText, pin: ast.Pin, frame: int, who: str | None) -> list[C
         if first <= last
     ]
     return [Change(pin.span.start, pin.span.end, "\n".join(left))]
+
+
+def _freed_at_all(text: StoryText, pin: ast.Pin, who: str | None) -> list[Change]:
+    """A statement without what it says of somebody, in all of its frames."""
+    if pin.condition is not None:
+        return _freed_of(text, pin, pin.condition, who)
+    acts = _acts(pin)
+    mine = [act for act in acts if same_name(act.who.id) == who]
+    if who is None or (mine and len(acts) == 1):
+        return [text.without(pin.span)]
+    if not mine:
+        return []
+    number = acts.index(mine[0])
+    if number:
+        return [Change(acts[number - 1].span.end, mine[0].span.end, "")]
+    return [Change(mine[0].span.start, acts[1].span.start, "")]
 
 
 def _behind(text: StoryText, pin: ast.Pin) -> int:
@@ -160,6 +170,15 @@ def _freed_of(
     if who is None or len(mine) == len(every):
         return [text.without(statement.span)]
     return [_without_part(text, condition, part) for part in mine[:1]]
+
+
+def during(text: StoryText, first: int, last: int, condition: str) -> StoryText:
+    """A condition holds in frames first..last."""
+    if not 1 <= first <= last <= (text.length or LONGEST_STORY):
+        raise Refusal(USAGE, f"there are no frames {first} to {last}")
+    _check_expression(condition)
+    frames = f"{first}" if first == last else f"{first}..{last}"
+    return text.with_statements([f"pin script[{frames}]: {condition}"], PINS)
 
 
 def move(text: StoryText, frame: int, who: str | None, to: int) -> StoryText:
@@ -330,9 +349,14 @@ def _simplified(ways: Sequence[tuple[float, float]], fine: float) -> list[tuple[
 
 def followed(expression: str, curve: str, low: float, high: float) -> str:
     """A wish that an expression follow a curve: squared differences, each frame alike."""
-    try:
-        parse_expression(Source("curve", expression))
-    except StoryError as problem:
-        raise Refusal(USAGE, f"this is no expression: {problem.diagnostics[0].message}") from None
+    _check_expression(expression)
     weight = WANTED / (high - low) ** 2
     return f"minimize {weight:.3g} * sum_t ({expression} - {curve})^2"
+
+
+def _check_expression(text: str) -> None:
+    """Refuses what would be more than an expression, or none, behind a statement's words."""
+    try:
+        parse_expression(Source("typed", text))
+    except StoryError as problem:
+        raise Refusal(USAGE, f"this is no expression: {problem.diagnostics[0].message}") from None

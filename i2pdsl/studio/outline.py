@@ -51,15 +51,12 @@ def outline(story: Story, folder: Folder) -> dict[str, Any]:
 def abilities(story: Story) -> dict[str, Any]:
     """What can be done by hand in a story's world."""
     words, drawing = story.typed.vocabulary, drawing_for(story.spec)
-    has_spots = "at" in words.predicates and bool(drawing.spots(story.spec))
-    everybody = words.predicates["at"].parameters[0] == "thing" if has_spots else False
-    named = (*words.characters, *words.things) if everybody else words.characters
     return {
-        "drag": list(named) if has_spots else [],
-        "start": has_spots,
+        "drag": list(drawing.held(story.spec)),
+        "start": words.enumerable or words.size is not None,
+        "hold": "at" in words.predicates,
         "effort": words.enumerable,
         "suggest": story.typed.search.method != "naive",
-        "keep": words.enumerable,
         "events": {event: list(things) for event, things in words.events.items()},
         "formats": list(drawing.files.offered),
         "transparent": drawing.files.can_be_transparent,
@@ -82,7 +79,13 @@ def _pins(text: StoryText) -> Iterator[dict[str, Any]]:
         frames = text.frames(pin)
         if frames is None or not frames:
             continue
-        told = {"frame": frames[0], "last": frames[-1], "range": text.range_of(pin.span)}
+        numbers = pin.first.span if pin.last is None else pin.first.span.to(pin.last.span)
+        told = {
+            "frame": frames[0],
+            "last": frames[-1],
+            "range": text.range_of(pin.span),
+            "frames": text.range_of(numbers),
+        }
         if pin.condition is not None:
             for part in parts(pin.condition):
                 yield {**told, "text": _one_line(part), "who": whose(part), "kind": "seen"}

@@ -254,6 +254,11 @@ class Page:
         self._best[asked.uri] = film["id"], found.script
         self.about(told, "film", {"seed": asked.seed, "film": film})
 
+    def best(self, uri: str) -> Script | None:
+        """The best script of a document's present text, so far."""
+        found = self._best.get(uri)
+        return None if found is None else found[1]
+
 
 def worth_of(script: Script) -> tuple[int, float]:
     """What films of one text are compared by: what they break, then their scores."""

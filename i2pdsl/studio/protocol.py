@@ -145,17 +145,37 @@ class Play(OfDocument):
 
 @dataclass(frozen=True)
 class Pin(Play):
-    """`i2p/pin`: None for nowhere."""
+    """`i2p/pin`: at a place (None for nowhere), or at a point of the stage that shows a film."""
 
     place: str | None = None
+    film: str | None = None
+    at: list[float] | None = None
+
+
+@dataclass(frozen=True)
+class Stretch(OfFilm):
+    """`i2p/during`: what can be said of frames first..last."""
+
+    first: int = 1
+    last: int = 1
+
+
+@dataclass(frozen=True)
+class Say(OfDocument):
+    """`i2p/say`: a condition holds in frames first..last."""
+
+    first: int = 1
+    last: int = 1
+    condition: str = ""
 
 
 @dataclass(frozen=True)
 class Unpin(OfDocument):
-    """`i2p/unpin`."""
+    """`i2p/unpin`: what pins a frame, or frames up to `last` together."""
 
     frame: int = 0
     who: str | None = None
+    last: int | None = None
 
 
 @dataclass(frozen=True)
@@ -252,11 +272,13 @@ class Size(OfDocument):
 
 @dataclass(frozen=True)
 class Entity(OfDocument):
-    """`i2p/entity`: a block of a world's file; without settings it goes."""
+    """`i2p/entity`: a block of a world's file; without settings it goes, an empty one goes; with
+    `another` there is one more of its kind."""
 
     what: str = "character"
     name: str = ""
     settings: dict[str, str] | None = None
+    another: bool = False
 
 
 REQUESTS: dict[str, type] = {
@@ -279,6 +301,8 @@ REQUESTS: dict[str, type] = {
     "export": Export,
     "play": Play,
     "pin": Pin,
+    "during": Stretch,
+    "say": Say,
     "unpin": Unpin,
     "move": Move,
     "hold": Hold,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from i2pdsl.errors import Diagnostic, Source
@@ -15,6 +16,7 @@ from i2pdsl.objective.compile import asked_of
 from i2pdsl.objective.possible import holds_in, possible_states
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.pipeline import Story
+from i2pdsl.render.drawing import Point, Room
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.studio.hands import where
 from i2pdsl.studio.outline import abilities
@@ -23,22 +25,26 @@ from i2pdsl.studio.text import StoryText, parts, whose
 from i2pdsl.worlds.world import World
 
 
-def spots(story: Story, world: World, frame: int, who: str) -> list[dict[str, Any]]:
-    """All places for somebody in a frame, those first that are possible. `possible` is None where
-    that cannot be told beforehand: where bodies move."""
-    typed, words = story.typed, story.typed.vocabulary
+def spots(story: Story, world: World, frame: int, who: str) -> dict[str, Any]:
+    """All spots, those that somebody can be at first: of a map what `possible_states` says, where
+    bodies move whether they are near enough. And the room between them, where there is some."""
+    typed, words, drawing = story.typed, story.typed.vocabulary, drawing_for(story.spec)
     if who not in abilities(story)["drag"]:
         raise Refusal(REFUSED, f"`{who[:40]}` cannot be moved by hand in this world")
     if not 0 <= frame <= typed.length:
         raise Refusal(USAGE, f"the story has frames 0 to {typed.length}")
+    if not (frame or abilities(story)["start"]):
+        raise Refusal(REFUSED, f"all films {words.where} begin like this")
     places: list[dict[str, Any]] = [
         {"place": spot.place, "label": spot.place, "at": spot.at, "shape": spot.shape}
-        for spot in drawing_for(story.spec).spots(story.spec)
+        for spot in drawing.spots(story.spec)
     ]
     if who in words.may_be_absent:
         places.append({"place": None, "label": "absent", "at": None, "shape": None})
     if not words.enumerable:
-        return [{**place, "possible": None} for place in places]
+        room = drawing.room(world, typed, frame, who)
+        found = [{**each, "possible": _lies_in(room, each["at"])} for each in places]
+        return {"spots": found, "room": None if room is None else asdict(room)}
     text = StoryText(typed.source.text)
     starts = _starts(story, world, text, frame, who)
     states = possible_states(typed, world, starts, frame, _of(story, text, frame, who))
@@ -46,7 +52,14 @@ def spots(story: Story, world: World, frame: int, who: str) -> list[dict[str, An
         {**place, "possible": holds_in(world, _asked(story, frame, who, place["place"]), states)}
         for place in places
     ]
-    return sorted(found, key=lambda each: not each["possible"])
+    return {"spots": sorted(found, key=lambda each: not each["possible"]), "room": None}
+
+
+def _lies_in(room: Room | None, at: Point) -> bool | None:
+    """Whether a point lies where somebody can be; None where that is not known."""
+    if room is None or room.reached is None:
+        return None
+    return any(x <= at[0] <= x + w and y <= at[1] <= y + h for x, y, w, h in room.reached)
 
 
 def _of(story: Story, text: StoryText, frame: int, who: str) -> list[Pin]:

@@ -153,7 +153,11 @@ def parts(condition: ast.Expr) -> tuple[ast.Expr, ...]:
 
 def whose(condition: ast.Expr) -> str | None:
     """Of whom a condition says where it is, and nothing else."""
-    if not isinstance(condition, ast.Call) or condition.callee.id not in ("at", "absent"):
+    said, words = condition, {"at", "absent"}
+    if isinstance(condition, ast.Compare):  # 2 <= climbed(box) <= 3
+        calls = [part for part in condition.operands if isinstance(part, ast.Call)]
+        said, words = (calls[0] if len(calls) == 1 else condition), {"climbed"}
+    if not isinstance(said, ast.Call) or said.callee.id not in words:
         return None
-    first = condition.arguments[0].value if condition.arguments else None
+    first = said.arguments[0].value if said.arguments else None
     return same_name(first.id) if isinstance(first, ast.Name) else None

@@ -14,6 +14,7 @@ from typing import Any
 
 from i2pdsl.errors import Source, Span
 from i2pdsl.render.pictures import drawing_for
+from i2pdsl.studio.fields import fields
 from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal
 from i2pdsl.worlds.drawings import beside
 from i2pdsl.worlds.find import vocabulary_of
@@ -48,13 +49,15 @@ def world_as_json(spec: Spec, text: str, path: str) -> dict[str, Any]:
                 "what": each["what"],
                 "color": _plain(each["settings"].get("color")),
                 "sprite": _plain(each["settings"].get("sprite")),
-                "at": _plain(each["settings"].get("at")),
+                "at": _plain(each["settings"].get("at") or each["settings"].get("cell")),
             }
             for each in blocks
             if each["what"] in _ENTITIES
         ],
         "places": list(words.places),
         "blocks": blocks,
+        "fields": fields(kind.syntax, words, blocks),
+        "units": drawing.units(spec),
         "stage": drawing.empty_stage(spec),
         "spots": [
             {"place": spot.place, "at": spot.at, "shape": spot.shape}
@@ -160,9 +163,15 @@ def _drawn(text: str, path: str) -> tuple[Source, Kind, DrawnMap]:
 
 
 def with_block(
-    text: str, path: str, what: str, name: str, settings: Mapping[str, str] | None
+    text: str,
+    path: str,
+    what: str,
+    name: str,
+    settings: Mapping[str, str] | None,
+    another: bool = False,
 ) -> str:
-    """The text with a block, with some of its settings otherwise, or without it (None)."""
+    """The text with a block, with some of its settings otherwise (an empty one goes), or without
+    it (None); with `another`, one more of its kind."""
     source = Source(path, text)
     syntax = kind_of_file(source).syntax
     if what not in syntax.keys:
@@ -176,6 +185,8 @@ def with_block(
         here = piece.keyword == what and (
             what not in syntax.named or _name_of(piece.span.text.split("\n")[0]) == name
         )
+        if another:
+            break
         if here and settings is None:
             return _without(text, piece.span)
         if here and settings is not None:
@@ -184,7 +195,7 @@ def with_block(
     if settings is None:
         raise Refusal(USAGE, f"there is no `{what} {name}`")
     head = f"{what} {name}" if what in syntax.named else what
-    lines = [head, *(f"{_INDENT}{key} = {value}" for key, value in settings.items())]
+    lines = [head, *(f"{_INDENT}{key} = {value}" for key, value in settings.items() if value)]
     return f"{text.rstrip()}\n\n" + "\n".join(lines) + "\n"
 
 
@@ -199,7 +210,11 @@ def _with_settings(block: str, settings: Mapping[str, str]) -> str:
         value_of = rf"^[ \t]+{re.escape(key)}[ \t]*=(?:\"[^\"\n]*\"|[^#\"\n])*?([ \t]*#.*)?$"
         line = re.compile(value_of, re.MULTILINE)
         told, found = f"{_INDENT}{key} = {value}", line.search(block)
-        if found is None:
+        if not value:
+            if found is not None:
+                before = block[: found.start()].rstrip("\n")
+                block = f"{before}{block[found.end() :]}"
+        elif found is None:
             block = f"{block.rstrip()}\n{told}"
         else:
             block = f"{block[: found.start()]}{told}{found[1] or ''}{block[found.end() :]}"

@@ -223,8 +223,8 @@ class Kind(ABC):
         return inferred_turns(self, world, table)
 
     def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
-        """Statements that pin frames `first`..`last` of a script as they are; none where actions
-        have no names."""
+        """Statements that pin frames `first`..`last` of a script as they are, or where bodies move
+        nearly so; none where stories have no words for that."""
         return []
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:

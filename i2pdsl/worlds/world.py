@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.language.typed import Act, Drop, Turn
+from i2pdsl.language.typed import Act, Drop, Point, Turn
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.hypotheses import goal_of
 
@@ -77,8 +77,12 @@ class World(Protocol):
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
-    def starts(self) -> np.ndarray:
-        """All initial states; objective/starts.py leaves those that fulfil a `start`."""
+    def starts(self, points: Sequence[Point] = ()) -> np.ndarray:
+        """All initial states; objective/starts.py leaves those that fulfil a `start`.
+
+        Args:
+            points: that the `start` names, where bodies move: anybody may begin there, too.
+        """
 
     @property
     def vocabulary(self) -> Vocabulary: ...

@@ -208,7 +208,7 @@ def test_the_settings_of_worlds(place: str) -> None:
 ON_THE_HILL = {
     "maximize P(¦": "weight not",
     "maximize P(weight = ¦": "0.1 0.5",
-    "maximize [¦": "fallen taut progress effort not",
+    "maximize [¦": "fallen taut climbed progress effort not",
     "maximize [progress(¦": "hopper box",
     "search ¦": "descend naive",
     "search naive(¦": "noise",

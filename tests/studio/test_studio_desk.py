@@ -296,6 +296,48 @@ def test_a_map_is_painted(desk: Any, served: Served) -> None:
     shown.says(r"\n    #\.G\n")
 
 
+def test_walls_attitudes_and_places_of_a_world_by_hand(desk: Any) -> None:
+    shown: Desk = desk(path=None)
+    page = shown.page
+    page.locator('[data-path="small.world"]').click()
+    screen = page.locator("#world svg").first
+    screen.wait_for()
+
+    def at(x: float, y: float) -> Any:
+        page.locator(".film").evaluate("film => film.scrollTo(0, 0)")
+        return screen.evaluate(
+            """(svg, [x, y]) => { const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+                                  return [at.x, at.y]; }""",
+            [x, y],
+        )
+
+    page.get_by_role("radio", name="edge wall").check(force=True)
+    shown.drag(at(105, 40), at(105, 60))
+    shown.says(r"\n    P\|\. \.\n")
+    shown.drag(at(130, 195), at(270, 205))  # below two cells
+    shown.says(r"\n    # \. G\n      - -\n")
+    shown.drag(at(105, 40), at(105, 60))  # the first one goes again
+    shown.says(r"\n    P \. \.\n")
+    page.locator("details[data-name=robot] summary").click()
+    attitude = page.get_by_label("robot: attitude")
+    attitude.fill("{-1, 2}")
+    attitude.press("Enter")
+    shown.says(r"character robot[^]*attitude = \{-1, 2\}")
+    goals = page.get_by_role("group", name="robot: goals")
+    goals.get_by_role("button", name="green").click()
+    shown.says(r"character robot[^]*goals = \{pink, none\}")
+    page.locator("details[data-what=rewards] summary").click()
+    page.get_by_label("rewards: move").fill("-2")
+    page.get_by_label("rewards: move").press("Enter")
+    shown.says(r"rewards\n[^]*move = -2")
+    page.get_by_role("radio", name="table", exact=True).check(force=True)
+    page.mouse.click(*at(150, 50))
+    shown.says(r"object table\n[^]*cell = \(1, 0\)")
+    for _ in range(7):
+        page.locator("#undo").click()
+    shown.says(r"\n    P\.\.\n    #\.G\n")
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_contrast_and_names(desk: Any, scheme: str) -> None:
     shown: Desk = desk(color_scheme=scheme)

@@ -124,6 +124,15 @@ def test_turns_more_and_less() -> None:
         hands.cut(StoryText("world kitchen\nlength 2 * 7\n"), 1)
 
 
+def test_a_stretch_goes_as_a_whole() -> None:
+    line = "pin script[2..5]: at(a, b) and at(c, d)\n"
+    both = StoryText(f"world small\nlength 9\n{line}pin script[5]: at(e, f)\n")
+    assert hands.unpin(both, 2, None, 5).text == both.text.replace(line, "")
+    assert hands.unpin(both, 2, "c", 5).text == both.text.replace(" and at(c, d)", "")
+    with pytest.raises(Refusal):
+        hands.unpin(both, 3, None, 5)
+
+
 def test_frames_that_are_kept() -> None:
     lines = ["pin script[8]: at(robot, pink)", "pin script[8] = [robot: stay]"]
     assert after("hold", lines, 8, 10) == otherwise((OF_8, "")) + "".join(f"{x}\n" for x in lines)

@@ -50,6 +50,23 @@ def reference_inputs(state: reference.State, weight: float) -> list[float]:
     return [*scaled, -1.0 if weight == 0.1 else 1.0]
 
 
+def test_what_was_climbed_is_what_progress_adds_up_to() -> None:
+    steep = world()
+    for slope in (0.1, 0.25):
+        tables = steep.tables._replace(body=steep.tables.body._replace(slope=np.array(slope)))
+        state, total = hopper.initial_state(slope), {"hopper": 0.0, "box": 0.0}
+        for frame in range(30):
+            action = 0.2 * np.sin(np.arange(6) + frame)
+            after = steep.transition(tables, state, action)
+            for who in total:
+                asked = lambda name, w=who, s=state, a=after, d=action: float(
+                    steep.feature(tables, name, (w,), a, s, d)  # noqa: B023
+                )
+                total[who] += asked("progress")
+                assert asked("climbed") == pytest.approx(total[who], abs=1e-9)
+            state = after
+
+
 @pytest.mark.parametrize(
     ("truth", "will", "lazy"), [(0.1, "eager", 1), (0.5, "eager", 0.3), (0.1, "lazy", 0.15)]
 )

@@ -60,6 +60,11 @@ class GridDrawing(Drawing):
         drawn = stage_background(stage, CELL) + labels_svg(stage, CELL)
         return svg_document(stage, CELL, drawn)
 
+    def units(self, spec: GridSpec) -> tuple[Point, Point]:
+        from i2pdsl.render.grid.page import CELL
+
+        return (1 / CELL, 0.0), (1 / CELL, 0.0)
+
     def spots(self, spec: GridSpec) -> list[Spot]:
         return [
             Spot(

@@ -27,8 +27,12 @@ HEAD_ROOM, BEHIND, AHEAD, SOIL_ROOM = 5.0, 2.0, 4.0, 7.0  # world units around w
 def camera_way(performance: Performance) -> np.ndarray:
     """The camera's x in each frame, [T + 1]: the hips', smoothed. It stays on the slope's line,
     so that the ground keeps its place in the picture."""
-    x = performance.positions[:, 0, HIPS]
-    width = max(FOLLOW_SECONDS / performance.frame_seconds, 1e-6)
+    return followed(performance.positions[:, 0, HIPS], performance.frame_seconds)
+
+
+def followed(x: np.ndarray, frame_seconds: float) -> np.ndarray:
+    """Where the camera is that follows hips at x, [T + 1]."""
+    width = max(FOLLOW_SECONDS / frame_seconds, 1e-6)
     reach = int(3 * width)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     return np.convolve(np.pad(x, reach, mode="edge"), weights / weights.sum(), "valid")

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.story import TypedStory
 from i2pdsl.render.alone import NAME, Alone
 from i2pdsl.render.characters import Ink
-from i2pdsl.render.drawing import Drawing, Point, Seen, Spot
+from i2pdsl.render.drawing import Drawing, Point, Room, Seen, Spot
 from i2pdsl.render.focus import Sentence
 from i2pdsl.render.plane.pictures import PlanePictures
 from i2pdsl.scripts import Script
@@ -59,8 +60,14 @@ class PlaneDrawing(Drawing):
         drawn = stage.still([Performance("", spec, first, captions=("",))])
         return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{stage.box}">{drawn}</svg>'
 
+    def units(self, spec: PlaneSpec) -> tuple[Point, Point]:
+        from i2pdsl.render.plane.page import page_view
+
+        scale = page_view(spec).scale
+        return (1 / scale, 0.0), (-1 / scale, spec.height)
+
     def spots(self, spec: PlaneSpec) -> list[Spot]:
-        """Its places: stories have no word for other points."""
+        """Its places; all other points are there, too."""
         from i2pdsl.render.plane.page import page_view
 
         view, found = page_view(spec), []
@@ -72,6 +79,27 @@ class PlaneDrawing(Drawing):
             )
             found.append(Spot(place.name, middle, tuple(shape)))
         return found
+
+    def example_of_pin(self, spec: PlaneSpec) -> str:
+        return f"at({spec.characters[0].name}, ({spec.width / 2:g}, {spec.height / 2:g}))"
+
+    def room(self, world: Any, story: TypedStory, frame: int, who: str) -> Room:
+        from i2pdsl.render.plane.hands import reached
+
+        return Room(tuple(reached(world, story, frame, self.held(world.spec).index(who))))
+
+    def said_of(self, script: Script, frame: int, who: str, at: Point) -> str:
+        from i2pdsl.render.plane.hands import nearest
+        from i2pdsl.render.plane.page import page_view
+
+        spec = script.world.spec
+        view = page_view(spec)
+        point = np.array([at[0] / view.scale, spec.height - at[1] / view.scale])
+        free = nearest(spec, self.held(spec).index(who), point)
+        if free is None:
+            where = whole_file(script.record.where)
+            raise error("pin", f"`{who}` has no room there", where)
+        return f"at({who}, ({free[0]:g}, {free[1]:g}))"
 
     def seen(self, script: Script) -> list[Seen]:
         from i2pdsl.render.plane.page import page_view

@@ -174,6 +174,7 @@ def _data(performances: Sequence[Performance], stage: Stage) -> dict[str, Any]:
             {
                 "cast": [
                     {
+                        "name": p.spec.characters[k].name,
                         "x": _course(view.pixels(p.positions)[:, k, 0]),
                         "y": _course(view.pixels(p.positions)[:, k, 1]),
                         "gazeX": _course(p.gaze[:, k, 0]),

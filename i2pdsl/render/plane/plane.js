@@ -14,6 +14,7 @@ export const makeStage = (film, root = document) => {
       sign: show.querySelector(".window-sign"),
       cast: performance.cast.map((who, k) => {
         const figure = figures[first + k];
+        figure.setAttribute("data-actor", who.name);
         const lines = show.querySelector(`[data-who="${k}"]`);
         return {
           ...who,

@@ -155,30 +155,30 @@ export class Candidates {
       h(
         "div",
         { class: "acts" },
-        h(
-          "button",
-          {
-            type: "button",
-            class: "quiet",
-            click: go,
-            title: frame
-              ? "Pins the film up to this frame"
-              : "Pins the beginning as it is here (up to the frame on the stage, or half of it); what comes after is found anew",
-          },
-          "Go on from it",
-        ),
-        this.studio.story?.can.keep
+        this.studio.story?.can.hold
           ? h(
               "button",
               {
                 type: "button",
                 class: "quiet",
-                click: () => this.studio.keep(film),
-                title: "Writes its script beside the story",
+                click: go,
+                title: frame
+                  ? "Pins the film up to this frame"
+                  : "Pins the beginning as it is here (up to the frame on the stage, or half of it); what comes after is found anew",
               },
-              "Keep",
+              "Go on from it",
             )
           : null,
+        h(
+          "button",
+          {
+            type: "button",
+            class: "quiet",
+            click: () => this.studio.keep(film),
+            title: "Writes its script beside the story",
+          },
+          "Keep",
+        ),
       ),
     );
     mountFilm(screen, film.play).then((playback) => {

@@ -30,6 +30,9 @@ export const h = (tag, attributes = {}, ...children) =>
 export const s = (tag, attributes = {}, ...children) =>
   filled(document.createElementNS(SVG, tag), attributes, children);
 
+/** What has the focus beside a node, in its shadow root if it is in one. */
+export const focusedBeside = (node) => node.getRootNode().activeElement ?? null;
+
 export const $ = (id) => document.getElementById(id);
 
 /** A number for people to read, of some digits. */

@@ -229,7 +229,7 @@ class Studio {
     rpc.on("i2p/progress", (told) => {
       // What is looked for besides, such as other films, tells of itself.
       if (!this.#isPresent(told) || told.version === this.#solved) return;
-      const share = told.total ? ` ${told.done} of ${told.total}` : "";
+      const share = told.total > 1 ? ` ${told.done} of ${told.total}` : "";
       this.#progress = told.stage === "idle" ? "" : `${told.text || told.stage}${share} …`;
       this.#tellState();
     });

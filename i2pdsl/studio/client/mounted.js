@@ -2,15 +2,20 @@
 import { h, sheetOf } from "./dom.js";
 import { mount } from "/render/page/player.js";
 
-const kinds = {};
+const kinds = {}; // by its script, what draws a kind of film: a promise of the module
+let styles = () => Promise.all(["/render/page/page.css", "/film.css"].map(sheetOf));
 
-const styles = () => Promise.all(["/render/page/page.css", "/film.css"].map(sheetOf));
+/** What is at hand without a server: modules of kinds by their scripts, and stylesheets. */
+export function provide(modules, sheets) {
+  Object.assign(kinds, modules);
+  styles = () => sheets;
+}
 
 /** Makes a host fit to mount films in. */
 export function filmHost(attributes = {}) {
   const host = h("div", attributes);
   const root = host.attachShadow({ mode: "open" });
-  styles().then((found) => (root.adoptedStyleSheets = found));
+  Promise.resolve(styles()).then((found) => (root.adoptedStyleSheets = found));
   return host;
 }
 

@@ -100,13 +100,11 @@ export class Out {
           "p",
           { class: "acts" },
           make,
-          story?.can.keep
-            ? h(
-                "button",
-                { type: "button", class: "quiet", click: () => this.studio.keep(film) },
-                "Keep the script beside the story",
-              )
-            : null,
+          h(
+            "button",
+            { type: "button", class: "quiet", click: () => this.studio.keep(film) },
+            "Keep the script beside the story",
+          ),
         ),
       ),
       made,

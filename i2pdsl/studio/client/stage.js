@@ -1,5 +1,5 @@
 // The film, and hands on it: somebody who is dragged to another place is pinned there.
-import { follow, h, s } from "./dom.js";
+import { clamp, focusedBeside, follow, h, s } from "./dom.js";
 import { filmHost, mountFilm } from "./mounted.js";
 
 const PIN = "M0 0C-9 -11 -10 -16 -10 -20a10 10 0 0 1 20 0c0 4 -1 9 -10 20z";
@@ -86,8 +86,8 @@ export class Stage {
     this.empty.hidden = true;
     this.host.style.setProperty("--shape", film.play.aspect);
     this.#layer = s("g", { class: "hands" });
-    const actors = playback.svg.querySelector("#actors");
-    playback.svg.insertBefore(this.#layer, actors?.parentNode === playback.svg ? actors : null);
+    const above = [...playback.svg.children].find((node) => node.matches("#actors, .trail"));
+    playback.svg.insertBefore(this.#layer, above ?? null);
     if (speed) playback.setSpeed(speed);
     playback.seek(Math.min(time, film.play.last));
     if (playing) playback.play();
@@ -268,6 +268,7 @@ export class Stage {
     const reply = await this.studio.ask("i2p/play", { frame: placing.frame, who });
     if (this.#placing !== placing) return;
     if (!reply) return this.leave();
+    if (reply.room) this.#open(placing, reply.room);
     placing.spots = reply.spots.map((spot) => ({
       ...spot,
       node: s("polygon", {
@@ -279,39 +280,76 @@ export class Stage {
     this.#layer.prepend(...placing.spots.filter(({ at }) => at).map(({ node }) => node));
     this.away.hidden = !placing.spots.some((spot) => !spot.at && isOpen(spot));
     const count = placing.spots.filter(isOpen).length;
-    this.#say(
-      `${who} can be in ${count} places in frame ${placing.frame}. Arrow keys choose, Enter pins.`,
-    );
+    const where = placing.room ? "anywhere that is lit" : `in ${count} places`;
+    this.#say(`${who} can be ${where} in frame ${placing.frame}. Arrow keys choose, Enter pins.`);
     if (placing.waits) placing.waits();
-    else if (document.activeElement?.dataset?.who === who) {
+    else if (focusedBeside(this.cast)?.dataset.who === who) {
       this.host.focus();
       this.#near(this.#at(who, placing.frame) ?? placing.spots[0]?.at ?? [0, 0]);
     } else if (placing.pointer) this.#near(placing.pointer, true);
   }
 
+  /** Lights up what lies between the spots, where somebody can be anywhere. */
+  #open(placing, room) {
+    placing.room = room;
+    placing.home = this.#at(placing.who, placing.frame);
+    const { x, y, width, height } = this.#playback.svg.viewBox.baseVal;
+    if (room.reached) {
+      const boxes = room.reached.map(([a, b, w, h]) => `M${a} ${b}h${w}v${h}h${-w}z`).join("");
+      placing.lit = [
+        s("rect", { class: "spot not", x, y, width, height }),
+        s("path", { class: "spot room", d: boxes }),
+      ];
+    } else if (placing.home) {
+      const [dx, dy] = room.along.map((each) => each * width);
+      const [a, b] = placing.home;
+      placing.lit = [s("path", { class: "spot way", d: `M${a - dx} ${b - dy}L${a + dx} ${b + dy}` })];
+    }
+    placing.target = s("circle", { class: "target", r: this.#size / 70 });
+    this.#layer.prepend(...(placing.lit ?? []));
+    this.#above.append(placing.target);
+  }
+
   // The one who is moved hangs on the pointer; where that cannot be drawn, only places light up.
   #lift(placing) {
-    const body = this.#playback.root.querySelector(`[data-actor="${CSS.escape(placing.who)}"]`);
+    const { root, svg } = this.#playback;
+    const body =
+      root.querySelector(`[data-actor="${CSS.escape(placing.who)}"]`) ?? root.querySelector(".cast");
     if (!body) return;
     placing.body = body;
     placing.ghost = body.cloneNode(true);
     placing.ghost.removeAttribute("data-actor");
     placing.ghost.removeAttribute("data-index");
     placing.home = this.#at(placing.who, placing.frame);
+    placing.lay = svg.getCTM().inverse().multiply(body.getCTM());
     placing.ghost.classList.add("ghost");
     placing.ghost.style.display = "none";
-    this.#playback.svg.append(placing.ghost);
+    svg.append(placing.ghost);
+  }
+
+  /** The point next to a pointer at which somebody can be put. */
+  #free([x, y], { room, home }) {
+    const { x: left, y: top, width, height } = this.#playback.svg.viewBox.baseVal;
+    const inside = [clamp(x, left, left + width), clamp(y, top, top + height)];
+    if (!room.along || !home) return inside;
+    const [dx, dy] = room.along;
+    const far = (inside[0] - home[0]) * dx + (inside[1] - home[1]) * dy;
+    return [home[0] + far * dx, home[1] + far * dy];
+  }
+
+  #isReached([x, y], { reached }) {
+    return reached?.some(([a, b, w, h]) => a <= x && x <= a + w && b <= y && y <= b + h) ?? true;
   }
 
   #near([x, y], carried = false) {
     const placing = this.#placing;
     placing.pointer = [x, y];
+    const { room, lay } = placing;
+    const [px, py] = (placing.point = room ? this.#free([x, y], placing) : [x, y]);
     if (placing.ghost && placing.home) {
-      const [dx, dy] = [x - placing.home[0], y - placing.home[1]];
-      placing.ghost.setAttribute(
-        "transform",
-        `translate(${dx} ${dy}) ${placing.body.getAttribute("transform")}`,
-      );
+      const { a, b, c, d, e, f } = lay;
+      const [dx, dy] = [px - placing.home[0], py - placing.home[1]];
+      placing.ghost.setAttribute("transform", `matrix(${[a, b, c, d, e + dx, f + dy].join(" ")})`);
       placing.ghost.style.display = carried ? "" : "none";
       placing.body.classList.toggle("lifted", carried);
     }
@@ -320,8 +358,15 @@ export class Stage {
       .filter(({ at }) => at)
       .map((spot) => ({ spot, away: Math.hypot(spot.at[0] - x, spot.at[1] - y) }))
       .sort((a, b) => a.away - b.away)[0];
-    const within = nearest && nearest.away < this.#size / 6 ? nearest.spot : null;
+    const reach = this.#size / (room ? 24 : 6); // where all is open, only who is dropped on a spot is at it
+    const within = nearest && nearest.away < reach ? nearest.spot : null;
     this.#choose(within);
+    if (!room) return;
+    const open = within ? isOpen(within) : this.#isReached(placing.point, room);
+    const [cx, cy] = within?.at ?? placing.point;
+    placing.target.classList.toggle("not", !open);
+    placing.target.setAttribute("cx", cx);
+    placing.target.setAttribute("cy", cy);
   }
 
   #choose(spot) {
@@ -341,15 +386,17 @@ export class Stage {
       };
       return;
     }
-    const { near, who, frame } = placing;
+    const { near, who, frame, room, point } = placing;
+    const film = this.film.id;
     this.leave();
-    if (!near) return;
-    if (!isOpen(near)) {
-      this.studio.tell(`${who} cannot be there in frame ${frame}: no way leads there.`);
+    if (!near && !(room && point)) return;
+    if (!(near ? isOpen(near) : this.#isReached(point, room))) {
+      this.studio.tell(`${who} cannot be there in frame ${frame}: no way leads there in time.`);
       return;
     }
     this.#say(`${who} is pinned in frame ${frame}.`);
-    this.studio.byHand("i2p/pin", { frame, who, place: near.place });
+    const place = near ? { place: near.place } : { film, at: point };
+    this.studio.byHand("i2p/pin", { frame, who, ...place });
   }
 
   /** The one who looks for a place is nowhere. */
@@ -366,6 +413,7 @@ export class Stage {
     placing.ghost?.remove();
     placing.body?.classList.remove("lifted");
     for (const { node } of placing.spots ?? []) node.remove();
+    for (const node of [...(placing.lit ?? []), placing.target]) node?.remove();
     this.away.hidden = true;
     this.#mark(placing.who, false);
     this.#drawPins();
@@ -398,8 +446,13 @@ export class Stage {
 
   /** Goes to the possible place that lies nearest in a direction. */
   #walk(dx, dy) {
-    const { near, spots } = this.#placing;
-    const [x, y] = near?.at ?? this.#placing.pointer ?? [0, 0];
+    const { near, spots, room, point } = this.#placing;
+    const [x, y] = near?.at ?? point ?? [0, 0];
+    if (room) {
+      const step = this.#size / 30;
+      this.#near([x + dx * step, y + dy * step], true);
+      return;
+    }
     const ahead = spots
       .filter((spot) => spot.at && isOpen(spot) && spot !== near)
       .map((spot) => {

@@ -1,11 +1,23 @@
 // The film's time: to play and to go along it, with pins and the story's own moments on it.
-import { clamp, follow, h, icon, s } from "./dom.js";
+import { clamp, focusedBeside, follow, h, icon, s } from "./dom.js";
+import { During } from "./during.js";
 
 const SPEEDS = [0.5, 1, 2, 4];
 const AWAY = 46; // pixels up or down at which a pin is dragged away
+const LABEL = 44; // pixels that a pin's name takes, about
+const MOST_ROWS = 4;
+const EDGE = 9; // pixels at the ends of a long pin that make it longer or shorter
 
 export class Timeline {
-  #pins = h("div", { class: "lane pins", role: "group", "aria-label": "Pins" });
+  #pins = h("div", {
+    class: "lane pins",
+    role: "group",
+    "aria-label": "Pins",
+    title: "Drag along here to pin a stretch of frames",
+    pointerdown: (event) => this.#stretch(event),
+  });
+
+  #marking = h("div", { class: "marking", hidden: true });
   #moments = h("div", {
     class: "lane moments",
     role: "group",
@@ -16,6 +28,7 @@ export class Timeline {
 
   constructor(host, studio) {
     this.studio = studio;
+    this.host = host;
     const button = (name, path, act, more = {}) =>
       h(
         "button",
@@ -60,6 +73,16 @@ export class Timeline {
     this.speed.value = "1";
     const hand = (what) => () =>
       this.studio.byHand("i2p/edit", { what, frame: Math.max(1, this.studio.frame) });
+    this.holds = h(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        title: "Pins all up to this frame as it is; what comes after is found anew",
+        click: () => this.#hold(),
+      },
+      "Hold to here",
+    );
     this.tools = h(
       "div",
       { class: "turns", role: "group", "aria-label": "Turns" },
@@ -88,12 +111,12 @@ export class Timeline {
         {
           type: "button",
           class: "quiet",
-          id: "hold",
-          title: "Pins all up to this frame as it is; what comes after is found anew",
-          click: () => this.#hold(),
+          title: "Pins what shall hold in several frames",
+          click: () => this.during.open(),
         },
-        "Hold to here",
+        "Pin a stretch",
       ),
+      this.holds,
     );
     host.append(
       h("div", { class: "track" }, this.#beats, this.#moments, this.scrubber, this.#pins),
@@ -113,6 +136,8 @@ export class Timeline {
         this.tools,
       ),
     );
+    this.during = new During(host, studio);
+    this.during.marked = () => this.#mark(this.during.frames);
     this.setFilm(null);
   }
 
@@ -121,6 +146,7 @@ export class Timeline {
     this.scrubber.max = Math.max(this.last, 1);
     this.scrubber.disabled = !film;
     for (const each of this.tools.children) each.disabled = !film;
+    if (!film) this.during.close();
     this.#frame = -1;
     this.show(this.studio.time);
     this.refresh();
@@ -168,12 +194,31 @@ export class Timeline {
   /** Draws pins and moments as the text has them. */
   refresh() {
     const { pins = [], numbers = [], beats = [] } = this.studio.story ?? {};
-    const focused = document.activeElement?.dataset?.key;
-    this.#pins.replaceChildren(...pins.map((pin, i) => this.#pin(pin, i)));
+    const focused = focusedBeside(this.host)?.dataset.key;
+    const rows = this.#rows(pins);
+    this.#pins.replaceChildren(this.#marking, ...pins.map((pin, i) => this.#pin(pin, i)));
+    [...this.#pins.children].slice(1).forEach((node, i) => node.style.setProperty("--row", rows[i]));
+    this.#pins.style.setProperty("--rows", Math.max(0, ...rows) + 1);
+    this.holds.hidden = !(this.studio.story?.can.hold ?? true);
     const moments = numbers.filter(({ frame }) => frame !== null && frame !== undefined);
     this.#moments.replaceChildren(...moments.map((moment, i) => this.#moment(moment, i)));
     this.#beats.replaceChildren(...beats.map((beat, i) => this.#beat(beat, i, beats.length)));
-    if (focused) document.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
+    if (focused) this.host.querySelector(`[data-key="${CSS.escape(focused)}"]`)?.focus();
+  }
+
+  /** The row of each pin: those that would lie on each other lie below each other. */
+  #rows(pins) {
+    const ends = []; // of each row
+    const wide = Math.ceil((this.last * LABEL) / Math.max(this.#pins.clientWidth, 1));
+    const rows = new Array(pins.length).fill(0);
+    const order = [...pins.keys()].sort((a, b) => pins[a].frame - pins[b].frame);
+    for (const i of order) {
+      const { frame, last = frame } = pins[i];
+      const free = ends.findIndex((end) => end < frame);
+      rows[i] = free >= 0 ? free : Math.min(ends.length, MOST_ROWS - 1);
+      ends[rows[i]] = Math.max(last, frame + wide);
+    }
+    return rows;
   }
 
   #left = (frame) => `${(100 * clamp(frame, 0, this.last)) / Math.max(this.last, 1)}%`;
@@ -196,25 +241,31 @@ export class Timeline {
         "data-who": who ?? "",
         "aria-label": `Pin in ${where}: ${text}. Drag it, or use arrow keys; Delete takes it away`,
         title: `${where}: ${text}`,
-        pointerdown: (event) =>
+        pointerdown: (event) => {
+          const box = node.getBoundingClientRect();
+          const [left, right] = [event.clientX - box.left, box.right - event.clientX];
+          const end = last > frame ? (left < EDGE ? "first" : right < EDGE ? "last" : null) : null;
+          if (end) return this.#pull(event, pin, end);
           this.#drag(
             event,
             node,
             frame,
             (to) => this.#move(pin, to),
             () => this.#unpin(pin),
-          ),
+          );
+        },
         dblclick: () => this.studio.text.reveal(pin.range),
         keydown: (event) => {
           const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-          if (by) this.#move(pin, clamp(frame + by, 1, this.last));
+          if (by && event.shiftKey && last + by > frame) this.#reach(pin, frame, last + by);
+          else if (by) this.#move(pin, clamp(frame + by, 1, this.last));
           else if (event.key === "Delete" || event.key === "Backspace") this.#unpin(pin);
           else return;
           event.preventDefault();
           event.stopPropagation();
         },
       },
-      who ?? "",
+      who ?? (last > frame ? text : ""),
     );
     if (last > frame) {
       node.style.width = `calc(${(100 * (last - frame)) / Math.max(this.last, 1)}% + 1.1rem)`;
@@ -223,12 +274,74 @@ export class Timeline {
     return this.#place(node, frame);
   }
 
-  #move({ frame, who }, to) {
-    if (to !== frame) this.studio.byHand("i2p/move", { frame, who: who ?? "", to });
+  #move(pin, to) {
+    const { frame, last = frame, who } = pin;
+    if (to === frame) return;
+    if (last > frame) this.#reach(pin, to, to + last - frame);
+    else this.studio.byHand("i2p/move", { frame, who: who ?? "", to });
   }
 
-  #unpin({ frame, who }) {
-    this.studio.byHand("i2p/unpin", { frame, who: who ?? null });
+  /** A pin of several frames is one of others. */
+  #reach({ frames }, first, last) {
+    const end = clamp(last, 1, this.last);
+    const begin = clamp(first, 1, end);
+    this.studio.text.rewrite(frames, begin === end ? `${begin}` : `${begin}..${end}`);
+  }
+
+  /** One end of a long pin is pulled. */
+  #pull(event, pin, end) {
+    if (event.button !== 0) return;
+    let frames = [pin.frame, pin.last];
+    const move = (next) => {
+      const at = clamp(this.#frameAt(next), 1, this.last);
+      frames = end === "first" ? [Math.min(at, pin.last), pin.last] : [pin.frame, Math.max(at, pin.frame)];
+      this.#mark(frames);
+      this.seek(at);
+    };
+    follow(event.target, event, move, (_, broken) => {
+      this.#mark(this.during.frames);
+      if (!broken && (frames[0] !== pin.frame || frames[1] !== pin.last)) this.#reach(pin, ...frames);
+    });
+  }
+
+  #frameAt(event) {
+    const { left, width } = this.#pins.getBoundingClientRect();
+    return Math.round(((event.clientX - left) / width) * this.last);
+  }
+
+  /** Shows which frames are meant. */
+  #mark(frames) {
+    this.#marking.hidden = frames === null;
+    if (frames === null) return;
+    const [first, last] = frames;
+    this.#marking.style.left = this.#left(first);
+    this.#marking.style.width = `${(100 * Math.max(0, last - first)) / Math.max(this.last, 1)}%`;
+  }
+
+  /** A stretch is marked between the pins. */
+  #stretch(event) {
+    if (event.button !== 0 || event.target !== this.#pins || !this.studio.film) return;
+    const from = clamp(this.#frameAt(event), 1, this.last);
+    let to = from;
+    const ends = () => [Math.min(from, to), Math.max(from, to)];
+    follow(
+      this.#pins,
+      event,
+      (next) => {
+        to = clamp(this.#frameAt(next), 1, this.last);
+        this.#mark(ends());
+        this.seek(to);
+      },
+      (_, broken) => {
+        this.#mark(this.during.frames);
+        if (!broken && to !== from) this.during.open(...ends());
+      },
+    );
+  }
+
+  #unpin({ frame, last = frame, who }) {
+    const together = last > frame ? { last } : {};
+    this.studio.byHand("i2p/unpin", { frame, who: who ?? null, ...together });
   }
 
   #moment(moment, i) {

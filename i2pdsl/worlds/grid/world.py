@@ -269,7 +269,7 @@ class GridWorld:
     ) -> NoReturn:
         raise NotImplementedError("actions are listed, not descended to")
 
-    def starts(self) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
         """All arrangements, with everybody in the place that the world gives him at first."""
         placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
         given = [entity for entity, cell in enumerate(placed) if cell >= 0]

@@ -50,6 +50,12 @@ DRAWN_SLOPE = 0.1
 STIFFNESS, ROPE_STIFFNESS, DAMPING = 500.0, 100.0, 20.0
 
 
+def rest_ascents() -> dict[str, float]:
+    """How far up the slope the middle of each group stands at the start, from the origin."""
+    along = np.array([np.cos(DRAWN_SLOPE), np.sin(DRAWN_SLOPE)]) @ rest_positions()
+    return {name: float(along[list(nodes)].mean()) for name, nodes in GROUPS.items()}
+
+
 class Body(NamedTuple):
     """The arrays of the simulation. N = 19 nodes, S = 39 springs.
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from i2pdsl.planning.networks import Layers, apply_network
 from i2pdsl.worlds.hill import springs
 from i2pdsl.worlds.hill.controllers import VALUE_SCALE
-from i2pdsl.worlds.hill.hopper import GROUPS, MUSCLE_COUNT, Body
+from i2pdsl.worlds.hill.hopper import GROUPS, MUSCLE_COUNT, Body, rest_ascents
 from i2pdsl.worlds.hill.springs import Motion
 
 Array = Any
@@ -19,6 +19,7 @@ Array = Any
 MOVED = 0.02  # units in a frame that are seen as a motion of a node (about a tenth of a hop's)
 SLOWLY = 0.05  # units in a frame, of the node that moves most: half as still as no motion at all
 SOFTNESS = 1.0  # units of height over which the smooth step of `fallen` rises
+REST_ASCENTS = rest_ascents()
 SLACKNESS = 0.3  # units of stretch over which that of `taut` does
 
 
@@ -170,6 +171,11 @@ def feature(
         return _below(height, springs.HEAD_FALLEN, SOFTNESS)
     if name == "taut":
         return _below(-springs.stretch(tables.body, motion.position).reshape(shape), 0.0, SLACKNESS)
+    if name == "climbed":
+        (group,) = arguments
+        nowhere = motion.position * 0
+        up = springs.ascent(tables.body.slope, nowhere, motion.position, GROUPS[group])
+        return (up - REST_ASCENTS[group]).reshape(shape)
     assert before is not None
     if name == "effort":
         return (actuation(tables, before, action) ** 2).mean(-1)

@@ -13,6 +13,7 @@ HOPPER, BOX = "hopper", "box"
 PREDICATES = (
     Predicate("fallen", ("character",), "its head is below 5 units above the slope", True),
     Predicate("taut", ("character",), "its rope is stretched: longer than it is at rest", True),
+    Predicate("climbed", ("thing",), "units up the slope from where it began", True, True),
     Predicate("progress", ("thing",), "units that it went up the slope in that frame", True, True),
     Predicate("effort", ("character",), "the mean square of its muscles' actuation", True, True),
 )

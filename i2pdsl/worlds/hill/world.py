@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -111,7 +111,7 @@ class HillWorld(ContinuousWorld):
     def switching(self, tables: model.Tables) -> tuple[None, ...]:
         return (None,)  # nobody here has a goal
 
-    def starts(self) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
 

@@ -8,12 +8,14 @@ from typing import Any
 from i2pdsl.worlds.plane.dynamics import limited
 from i2pdsl.worlds.plane.geometry import norm
 from i2pdsl.worlds.plane.tables import Tables, each
+from i2pdsl.worlds.plane.vocabulary import MISSED
 from i2pdsl.worlds.plane.ways import ways_to_places
 
 Array = Any
 
 PREDICATE_SOFTNESS = 0.2  # units over which the smooth step of a predicate rises
 TOUCH = 0.05  # units between the edges of two that touch
+NEAR = 0.25  # of its radius: as far from a point is one still at it
 MOVED = 0.005  # units in a frame that are seen as a motion
 SLOWLY = 0.25  # of the speed that one likes: half as still as no motion at all
 SIGHT = 1.0  # units by which a free line of sight counts as free
@@ -37,8 +39,18 @@ def _smooth(holds: Array, margin: Array) -> Array:
 
 
 def _spot(tables: Tables, places: list[Array], spot: Any) -> Array:
-    """Where another character or a place is, [..., 2]."""
-    return places[spot] if isinstance(spot, int) else tables.places[spot[0]]
+    """Where another character, a place or a point is, [..., 2]."""
+    if isinstance(spot, int):
+        return places[spot]
+    return tables.places[spot[0]] if len(spot) == 1 else spot
+
+
+def _within(tables: Tables, who: int, here: Array, place: Any) -> Array:
+    """By how many units a character is within a place, or near enough to a point, [...]."""
+    if len(place) == 1:
+        (number,) = place
+        return tables.place_radius[number] - norm(here - tables.places[number])
+    return NEAR * tables.radius[who] - norm(here - place)
 
 
 def _sees(tables: Tables, here: Array, there: Array) -> Array:
@@ -105,13 +117,15 @@ def feature(
     here = places[who]
     if name == "at":
         xp = state.__array_namespace__()
-        (place,) = arguments[1]
-        margin = tables.place_radius[place] - norm(here - tables.places[place])
+        margin = _within(tables, who, here, arguments[1])
         return _smooth(margin >= 0, xp.asarray(margin))
+    if name == MISSED:
+        xp = state.__array_namespace__()
+        return xp.maximum(-_within(tables, who, here, arguments[1]), 0.0)
     if name == "sees":
         return _sees(tables, here, _spot(tables, places, arguments[1]))
     if name in ("touching", "distance"):
-        apart = norm(here - places[arguments[1]])
+        apart = norm(here - _spot(tables, places, arguments[1]))
         if name == "distance":
             return apart
         margin = tables.radius[who] + tables.radius[arguments[1]] + TOUCH - apart

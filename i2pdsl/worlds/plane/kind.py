@@ -139,6 +139,11 @@ class PlaneKind(Kind):
 
         return inferred(world, table)
 
+    def kept(self, world: PlaneWorld, path: Trajectory, first: int, last: int) -> list[str]:
+        from i2pdsl.worlds.plane.script import kept
+
+        return kept(world, path, first, last)
+
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """NAME_x and NAME_y of each character."""
         states = [record.start, *(frame["state"] for frame in record.frames)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
 from i2pdsl.worlds.plane.dynamics import velocities
+from i2pdsl.worlds.plane.features import NEAR
 from i2pdsl.worlds.plane.geometry import clearance
 from i2pdsl.worlds.plane.world import PlaneWorld
 from i2pdsl.worlds.positions import Inferred, Positions
@@ -129,6 +130,31 @@ def inferred(world: PlaneWorld, table: Positions) -> Inferred:
         table.wrong(int(frame) + 1, message, character.name, hint)
     path = Trajectory(tried, states)
     return Inferred(state_as_json(world, states[0]), frames_as_json(world, path))
+
+
+def kept(world: PlaneWorld, path: Trajectory, first: int, last: int) -> list[str]:
+    """Statements that pin where everybody is in frames `first`..`last`: as few frames as there are
+    between which nobody is further from the straight way than a pin lets it be."""
+    said: dict[int, list[str]] = {}
+    for i, c in enumerate(world.spec.characters):
+        ways = np.asarray(path.states)[first : last + 1, 2 * i : 2 * i + 2]
+        for number in _bends(ways, NEAR * c.radius):
+            x, y = np.round(ways[number], 3) + 0.0
+            said.setdefault(first + number, []).append(f"at({c.name}, ({x:g}, {y:g}))")
+    return [f"pin script[{frame}]: {' and '.join(said[frame])}" for frame in sorted(said)]
+
+
+def _bends(ways: np.ndarray, near: float) -> list[int]:
+    """The rows of a course [n, 2] that tell it: at even pace from one to the next, none of the
+    others is further away than `near` (Douglas and Peucker 1973, DOI 10.3138/FM57-6770-U75U-7727,
+    in time)."""
+    last = len(ways) - 1
+    share = np.linspace(0, 1, last + 1)[:, None]
+    away = np.hypot(*(ways - (ways[0] + share * (ways[-1] - ways[0]))).T)
+    worst = int(away.argmax())
+    if away[worst] <= near:
+        return [0, last] if last else [0]
+    return _bends(ways[: worst + 1], near)[:-1] + [worst + n for n in _bends(ways[worst:], near)]
 
 
 def check_start(world: PlaneWorld, places: np.ndarray, wrong: Any) -> None:

@@ -10,8 +10,15 @@ from i2pdsl.worlds.hypotheses import latents_of, rationality_of
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
+MISSED = "missed"  # by how many units `at` misses
 ALONE = (
-    Predicate("at", ("character", "place"), "its middle is within the place"),
+    Predicate(
+        "at",
+        ("character", "place"),
+        "its middle is within the place, or within a quarter of its radius of the point",
+        takes_points=True,
+        missed_by=MISSED,
+    ),
     Predicate("moved", ("character",), "it was seen to move in that frame", True),
     Predicate("idle", ("character",), "it was not seen to move in that frame", True),
     Predicate(
@@ -19,8 +26,21 @@ ALONE = (
         ("character", "spot"),
         "it was seen to move, within 45 degrees of the way straight to the place or to the other",
         True,
+        takes_points=True,
     ),
-    Predicate("sees", ("character", "spot"), "no wall is between the middles of the two"),
+    Predicate(
+        "sees",
+        ("character", "spot"),
+        "no wall is between the middles of the two",
+        takes_points=True,
+    ),
+    Predicate(
+        "distance",
+        ("character", "spot"),
+        "units from middle to middle, or to the point",
+        is_number=True,
+        takes_points=True,
+    ),
     Predicate("speed", ("character",), "units that it moved in that frame", True, True),
     Predicate(
         "effort",
@@ -44,12 +64,7 @@ ALONE = (
         True,
     ),
 )
-TOGETHER = (
-    Predicate("touching", ("character", "character"), "the two touch each other"),
-    Predicate(
-        "distance", ("character", "character"), "units from middle to middle", is_number=True
-    ),
-)
+TOGETHER = (Predicate("touching", ("character", "character"), "the two touch each other"),)
 WORDS = {"observer": ("step", "path")}
 RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "beta": (lambda x: 0 < x <= 1e3, "above 0 and at most 1000"),
@@ -89,6 +104,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         places={place.name: ((number, 0),) for number, place in enumerate(spec.places)},
         columns=0,
         rows=0,
+        size=(spec.width, spec.height),
         events={},
         predicates={p.name: p for p in predicates},
         settings={

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -14,10 +15,17 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 from i2pdsl.worlds.plane import costs, dynamics, features, observers
-from i2pdsl.worlds.plane.geometry import MOST_NODES, MOST_PAIRS, Ways, disc, regular_grid
+from i2pdsl.worlds.plane.geometry import (
+    MOST_NODES,
+    MOST_PAIRS,
+    Ways,
+    clearance,
+    disc,
+    regular_grid,
+)
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
 from i2pdsl.worlds.plane.naive import walks, wandering
-from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
+from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneCharacter, PlaneSpec
 from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
 from i2pdsl.worlds.world import (
@@ -97,10 +105,16 @@ class PlaneWorld(ContinuousWorld):
         return features.feature(tables, name, arguments, state, before, action)
 
     def feature_arguments(self, name: str, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """The checker's places as numbers of places."""
-        return tuple(
-            tuple(number for number, _ in a) if isinstance(a, tuple) else a for a in arguments
-        )
+        """The checker's places as numbers of places, its points as arrays [2]."""
+
+        def own(argument: Any) -> Any:
+            if isinstance(argument, ty.Point):
+                return np.array([argument.x, argument.y])
+            if isinstance(argument, tuple):
+                return tuple(number for number, _ in argument)
+            return argument
+
+        return tuple(map(own, arguments))
 
     def is_still(self, tables: Tables, state: Array, after: Array) -> Array:
         return features.is_still(after)
@@ -119,16 +133,29 @@ class PlaneWorld(ContinuousWorld):
 
     # Beginnings.
 
-    def starts(self) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
         """The first pictures: everybody where the file says, then anybody in the middle of each
-        place instead, as long as nobody overlaps."""
+        place or at a point instead, as long as nobody overlaps or stands in a wall."""
         cast = self.spec.characters
-        options = [(c.at, *(place.at for place in self.spec.places)) for c in cast]
+        options = [
+            (c.at, *(place.at for place in self.spec.places), *self._free(c, points)) for c in cast
+        ]
         places = np.array(list(product(*options))).reshape(-1, 2 * len(cast))
         if len(cast) == 2:
             apart = np.hypot(*(places[:, :2] - places[:, 2:]).T)
             places = places[apart >= self.tables.radius.sum()]
         return np.concatenate([places, 0 * places], axis=1)
+
+    def _free(self, who: PlaneCharacter, points: Sequence[ty.Point]) -> list[tuple[float, float]]:
+        """The points at which a character has room."""
+        r, (width, height) = who.radius, self.tables.size
+        return [
+            (p.x, p.y)
+            for p in points
+            if r <= p.x <= width - r
+            and r <= p.y <= height - r
+            and clearance(self.tables.walls, np.array([p.x, p.y])) >= r
+        ]
 
     def guesses(
         self, length: int, seeds: int, noise: float, seed: int, state: np.ndarray
