@@ -10,7 +10,7 @@ from i2pdsl.editor.complete import Completion, Surroundings, complete, surroundi
 from i2pdsl.errors import Source
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.scope import Module
-from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.find import builtin_worlds, find_vocabulary
 
 ROOT = Path(__file__).parents[2]
 KITCHEN = """world kitchen
@@ -148,7 +148,7 @@ EXACT = {
     "maximize P(rho > 0 | script[:¦": "n T last",
     "maximize [moved(robot) @ script[¦": "n T last",
     # Statements and their settings.
-    "world ¦": "desk fork hill house kitchen maze meadow pasture porters",
+    "world ¦": " ".join(builtin_worlds()),
     "audience ¦": "bayesian average",
     "audience bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness switching",
