@@ -24,7 +24,7 @@ def roles_of(spec: Spec, words: Vocabulary) -> dict[str, str]:
     found: dict[str, str] = {}
     about = next(iter(attitudes_of(getattr(spec, "characters", ()))), None)  # of maps and planes
     if about is not None:
-        found = {"helper": about.who, "helped": about.toward}
+        found = {"helper": about.who, "helped": about.toward, "rho": about.latent}
         if len(places[about.toward]) > 1:
             found["goal"], found["other"] = places[about.toward][:2]
     # The fortune of who has an attitude is mostly the other's: in a plane, where nothing else keeps
