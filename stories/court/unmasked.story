@@ -2,7 +2,7 @@
 world court
 length 14
 
-maximize twist(rho_knight_princess > 0, rho_knight_princess < 0, wish = (G_princess = roses), contact = [adjacent(knight, princess) @ script[t]])
+maximize twist(rho_knight_princess > 0, rho_knight_princess < 0, wish = (G_princess = roses), contact = 2 * [pushes(knight, princess) @ script[t]])
     + sum_t (if t <= T/2 then P(rho_ghost_princess > 0 | script[:t], G_princess = roses)
              else P(rho_ghost_princess > 0 and rho_ghost_knight < 0 | script[:t], G_princess = roses))
 
