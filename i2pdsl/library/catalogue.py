@@ -3,8 +3,10 @@ page for each family of patterns."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
@@ -19,6 +21,9 @@ from i2pdsl.library.curves import Curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.examples import Example, Shown, place_of
 from i2pdsl.library.families import Family, by_family
+from i2pdsl.library.films import PackedFilm
+from i2pdsl.render.film_page import controls, part
+from i2pdsl.render.modules import one_module
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import below
 
@@ -80,11 +85,27 @@ def save_catalogue(
         links = "".join(f'<li><a href="{n}.html">{t}</a></li>' for n, t in pages.items())
         links = f'  <nav aria-label="Pages"><ul class="pages">{links}</ul></nav>'
         body = "\n".join([links, *sections])
-        _save_page(folder, family.name, f"{title}: {family.title}", family.lead, about, body)
+        every_film = (shown[e.name].film for p in members for e in examples[p["name"]]
+                      if e.name in shown)  # fmt: skip
+        scripts = sorted({film.script for film in every_film if film is not None})
+        head = f"{title}: {family.title}"
+        _save_page(folder, family.name, head, family.lead, about, body, scripts)
 
 
-def _save_page(folder: Path, name: str, title: str, lead: str, about: str, body: str) -> None:
+def _save_page(
+    folder: Path,
+    name: str,
+    title: str,
+    lead: str,
+    about: str,
+    body: str,
+    scripts: Sequence[str] = (),
+) -> None:
+    """A page; `scripts` are those of its films."""
+    allowed, player = _player(scripts)
     page = Template(_part("library", "catalogue.html")).substitute(
+        scripts=allowed,
+        player=player,
         title=escape(title),
         style=_part("render", "page.css") + _part("library", "catalogue.css"),
         lead=lead,
@@ -92,6 +113,41 @@ def _save_page(folder: Path, name: str, title: str, lead: str, about: str, body:
         body=body,
     )
     write_text(below(folder, f"{name}.html"), page)
+
+
+def _player(scripts: Sequence[str]) -> tuple[str, str]:
+    """What a page's policy allows, and what plays films in it; nothing where there are none.
+
+    A hash allows one script: no text of a library could bring another one in.
+    """
+    if not scripts:
+        return "'none'", ""
+    imports = "".join(
+        f'import {{ makeStage as make{n} }} from "/render/{script}";\n'
+        for n, script in enumerate(scripts)
+    )
+    makers = ", ".join(f'"{script}": make{n}' for n, script in enumerate(scripts))
+
+    def read(path: str) -> str:
+        if path == "/makers.js":
+            return f"{imports}export const makers = {{ {makers} }};\n"
+        if path == "/catalogue.js":
+            return f"{_part('library', 'catalogue.js')}export const done = true;\n"
+        return part(path.removeprefix("/render/"))
+
+    script = one_module("/catalogue.js", read)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    template = f"""\
+<template id="player">
+  <section class="theatre">
+    <figure class="stage">
+      <figcaption><span id="frame-number" class="badge">Start</span> \
+<span id="caption"></span></figcaption>
+    </figure>
+{controls(0)}  </section>
+</template>
+<script type="module">{script}</script>"""
+    return f"'sha256-{digest}'", template
 
 
 def _cards(
@@ -273,8 +329,10 @@ def _example(made: Shown) -> str:
         <p>{taken}score {made.score:.4g}, panel {made.panel:.4g}</p>
         <a href="pictures/{name}.html">Watch it<span class="unseen">: {label}</span></a>
       </div>
-      <a class="strip" href="pictures/{name}.html"><img src="pictures/{name}.png" \
-width="{width}" height="{height}" loading="lazy" alt="The comic of {label}"></a>
+      <div{_place(made.film, label)}>
+        <a class="strip" href="pictures/{name}.html"><img src="pictures/{name}.png" \
+width="{width}" height="{height}" loading="lazy" alt="The comic of {label}"></a>{_film(made.film)}
+      </div>
       <div class="below">
         <div>
           <h3>What viewers believe</h3>
@@ -288,6 +346,18 @@ width="{width}" height="{height}" loading="lazy" alt="The comic of {label}"></a>
         </div>
       </div>
     </article>"""
+
+
+def _place(film: PackedFilm | None, label: str) -> str:
+    """Where a film plays in place of its comic."""
+    return "" if film is None else f' class="place" data-label="{label}"'
+
+
+def _film(film: PackedFilm | None) -> str:
+    if film is None:
+        return ""
+    return f"""
+        <script type="application/gzip" data-script="{film.script}">{film.data}</script>"""
 
 
 # Curves.

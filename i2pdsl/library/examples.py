@@ -26,6 +26,7 @@ from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library.curves import Curves, decisive_curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
+from i2pdsl.library.films import PackedFilm, pack_film, read_film
 from i2pdsl.library.fits import example_call, uses_of
 from i2pdsl.resources import atomic_path, write_text
 from i2pdsl.untrusted import WrongData, below, decode_json, mismatch, plain_name, read_bytes
@@ -105,7 +106,8 @@ class Example:
 class Shown:
     """An example that was made: its pictures are pictures/NAME.png and NAME.html.
 
-    `panel` is the mean judgement of viewers whom it was not made for (objective/panel.py).
+    `panel` is the mean judgement of viewers whom it was not made for (objective/panel.py); `film`
+    is what plays it, None where nothing does.
     """
 
     example: Example
@@ -113,6 +115,7 @@ class Shown:
     panel: float
     size: tuple[int, int]
     curves: list[Curves]
+    film: PackedFilm | None = None
 
 
 def picture_name(pattern: str, world: str) -> str:
@@ -223,9 +226,12 @@ class Gallery:
         files = (self.folder / f"{example.name}{end}" for end in (".png", ".html"))
         if not all(file.is_file() for file in files):
             return None
+        film = read_film(self.folder / f"{example.name}.film")
+        if film is None:
+            return None
         curves = [Curves(**panel) for panel in entry["curves"]]
         score, panel = float(entry["score"]), float(entry["panel"])
-        return Shown(example, score, panel, tuple(entry["size"]), curves)
+        return Shown(example, score, panel, tuple(entry["size"]), curves, film)
 
     def key(self, example: Example) -> str:
         """A digest of all that the pictures depend on."""
@@ -253,6 +259,7 @@ class Gallery:
         Raises StoryError where the story cannot be made, KeyboardInterrupt before there is any.
         """
         from i2pdsl.pipeline import story_from
+        from i2pdsl.render.film_page import to_mount
         from i2pdsl.render.pictures import pictures_of
         from i2pdsl.results import best_of
 
@@ -277,7 +284,9 @@ class Gallery:
             files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
             size = self.moved(files, example.name)
         curves = decisive_curves(pictures.panels, example.call)
-        shown = Shown(example, result.score, result.judgements[0].mean, size, curves)
+        film = pack_film(to_mount(pictures.moving(), (), pictures.title))
+        write_text(below(self.folder, f"{example.name}.film"), film.as_text())
+        shown = Shown(example, result.score, result.judgements[0].mean, size, curves, film)
         if finished:
             self.known[example.name] = {
                 "key": self.key(example), "score": shown.score, "panel": shown.panel,

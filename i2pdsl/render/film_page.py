@@ -2,9 +2,10 @@
 
 The page is a single file that fetches nothing: drawings, curves, style and player are all inside,
 under a Content-Security-Policy that names the script's hash, so that no other script could run even
-if a story's text were to smuggle one in. Its parts lie in `render/page`: `page.html` (a
-string.Template), `page.css`, `player.js` with `clock.js`, and for each kind of film a script that
-defines `makeStage(film)`, whose `draw(time)` moves the drawing; that lies with the kind's drawing.
+if a story's text were to smuggle one in. Its parts lie in `render/page`: `page.html` and
+`controls.html` (string.Templates), `page.css`, `player.js` with `clock.js`, and for each kind of
+film a script that defines `makeStage(film)`, whose `draw(time)` moves the drawing; that lies with
+the kind's drawing.
 """
 
 import base64
@@ -96,7 +97,7 @@ def film_page(
         aspect=f"{film.aspect:.3f}",
         stage=film.stage,
         first_caption=plain(film.captions[0]),
-        last=film.last,
+        controls=controls(film.last),
         mind=_mind(panels, marks, windows),
         why=why_section(account) if account else "",
         wishes=_wishes(wishes),
@@ -105,6 +106,23 @@ def film_page(
         data=as_json(data),
         player=script,
     )
+
+
+def controls(last: int) -> str:
+    """What a player is held by."""
+    return Template(part("page/controls.html")).substitute(last=last)
+
+
+def to_mount(film: Film, panels: Sequence[Panel], title: str) -> dict[str, Any]:
+    """A film for `mount(root, film)` anywhere: what the player reads, and the stage it moves."""
+    return {
+        **played(film, panels),
+        "title": title,
+        "stage": film.stage,
+        "classes": film.classes,
+        "aspect": film.aspect,
+        "script": film.script,
+    }
 
 
 def played(film: Film, panels: Sequence[Panel]) -> dict[str, Any]:

@@ -33,7 +33,9 @@ def offers(made: Made, first: int, last: int) -> list[dict[str, Any]]:
                 found += [{"text": f"{call} <= {less}", **about}]
         else:
             found += [{"text": call, **about}, {"text": f"not {call}", **about, "now": 1 - now}]
-    return found[:MOST_OFFERS]
+        if len(found) >= MOST_OFFERS:
+            break
+    return found
 
 
 def _calls(words: Vocabulary) -> Iterator[tuple[Predicate, str]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from i2pdsl.pipeline import Script
 from i2pdsl.render.drawing import Drawing
-from i2pdsl.render.film_page import played
+from i2pdsl.render.film_page import to_mount
 from i2pdsl.render.mind import DASHES, Panel, panel_values, value_axis
 from i2pdsl.render.pictures import drawing_for, pictures_of
 from i2pdsl.studio.made import Made
@@ -30,13 +30,8 @@ def film_as_json(made: Made) -> dict[str, Any]:
     words = script.world.vocabulary
     about = f"{script.world.name} · {script.length} frame{'s' * (script.length != 1)}"
     play = {
-        **played(moving, pictures.panels),
-        "title": pictures.title,
+        **to_mount(moving, pictures.panels, pictures.title),
         "about": about,
-        "stage": moving.stage,
-        "classes": moving.classes,
-        "aspect": moving.aspect,
-        "script": moving.script,
         "happenings": list(moving.happenings),
         "panels": [panel_as_json(panel) for panel in pictures.panels],
         "events": [asdict(mark) for mark in pictures.marks],

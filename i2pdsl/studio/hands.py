@@ -356,6 +356,8 @@ def followed(expression: str, curve: str, low: float, high: float) -> str:
 
 def _check_expression(text: str) -> None:
     """Refuses what would be more than an expression, or none, behind a statement's words."""
+    if "\n" in text or "\r" in text:
+        raise Refusal(USAGE, "an expression stands on one line")
     try:
         parse_expression(Source("typed", text))
     except StoryError as problem:

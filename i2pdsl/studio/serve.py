@@ -91,7 +91,9 @@ def application(studio: Studio, hosts: tuple[str, ...], token: str) -> Guard:
         try:
             while True:
                 page.channel.received(await socket.receive_text())
-        except (WebSocketDisconnect, KeyError):  # KeyError: bytes, which nobody sends
+        # KeyError: bytes, which nobody sends. Cancelled: the studio is closed, and this page did
+        # not answer in time.
+        except (WebSocketDisconnect, KeyError, asyncio.CancelledError):
             pass
         finally:
             writing.cancel()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
+import hashlib
 import json
 import re
 from html.parser import HTMLParser
@@ -13,9 +16,11 @@ import pytest
 from libraries_for_tests import Forgery
 from PIL import Image
 
+from browser_for_tests import chromium  # noqa: F401
 from commands_for_tests import Run, on_a_terminal
 from i2pdsl.commands.patterns import open_library
 from i2pdsl.library.examples import gallery_files
+from i2pdsl.library.films import pack_film, read_film
 
 VOID = {"meta", "img", "br", "link", "input"}
 PATTERNS = """\
@@ -198,7 +203,17 @@ def test_pictures_are_named_in_the_list(place: Path, i2p: Run) -> None:
     assert done.err == ""
     found = {p["name"]: p for p in json.loads(i2p("patterns", library, "--json").out)}
     assert found["side"]["pictures"] == {"fork": str(place / "book/pictures/side-fork.png")}
-    assert found["grid_only"]["worlds"] == ["fork", "kitchen", "maze", "porters"]
+    assert found["grid_only"]["worlds"] == [
+        "cellar",
+        "court",
+        "estate",
+        "farm",
+        "fork",
+        "kitchen",
+        "maze",
+        "park",
+        "porters",
+    ]
     library.unlink()
     assert "i2p patterns --page FOLDER" in i2p("patterns", place / "sides.i2plib").err
 
@@ -311,6 +326,17 @@ def test_in_a_browser(place: Path, i2p: Run, width: int, scheme: str) -> None:
                 "e => e.complete && e.naturalWidth > 0", arg=picture.element_handle()
             )
         assert all(url.startswith("file:") for url in asked)
+        trouble: list[str] = []
+        page.on("console", lambda message: trouble.append(message.text))
+        page.on("pageerror", lambda problem: trouble.append(str(problem)))
+        page.get_by_role("button", name=re.compile("^Play it here")).first.click()
+        player = page.locator(".player").first
+        player.locator("[data-actor]").first.wait_for()
+        player.locator("#counter", has_text=re.compile(r"[1-9]\d* / \d+")).wait_for()
+        player.locator("#play").press("End")
+        player.locator("#counter", has_text=re.compile(r"(\d+) / \1")).wait_for()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert trouble == []
         page.locator(".example-head a").first.click()
         assert page.locator("#play").is_visible()
         browser.close()
@@ -464,9 +490,65 @@ def test_whatever_the_list_says_nothing_gets_into_the_page(place: Path, i2p: Run
     said = write(place, i2p)
     assert said["made"] == 0
     text = (place / "book" / "beliefs.html").read_text(encoding="utf-8")
-    assert "<script" not in text
+    assert set(re.findall("<script[^>]*>", text)) == {
+        '<script type="module">',
+        '<script type="application/gzip" data-script="grid/kitchen.js">',
+    }
+    assert text.count('<script type="module">') == 1
     assert HOSTILE in Page(text).words
-    assert "script-src 'none'" in text
+    (policy,) = re.findall(r"script-src '([^']*)'; object-src 'none'", text)
+    (script,) = re.findall('<script type="module">(.*?)</script>', text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert policy == f"sha256-{digest}"
+    index = (place / "book" / "index.html").read_text(encoding="utf-8")
+    assert "<script" not in index
+    assert "script-src 'none'" in index
+    path.write_text(good, encoding="utf-8")
+
+
+def test_films_that_are_no_films_are_made_again(place: Path, i2p: Run) -> None:
+    write(place, i2p)
+    path = place / "book" / "pictures" / "side-fork.film"
+    good = path.read_text(encoding="utf-8")
+    film = read_film(path)
+    assert film is not None
+    assert film.as_text() == good
+    played = json.loads(gzip.decompress(base64.b64decode(film.data)))
+    assert (played["last"], played["script"]) == (4, "grid/kitchen.js")
+    for wrong in (
+        "",
+        "grid/kitchen.js\n",
+        f"grid/other.js\n{film.data}",
+        f"grid/kitchen.js\n{film.data}</script><script>alert(1)</script>",
+        f"../kitchen.js\n{film.data}",
+    ):
+        path.write_text(wrong, encoding="utf-8")
+        assert read_film(path) is None
+    path.unlink()
+    assert read_film(path) is None
+    assert write(place, i2p)["made"] == 1
+    assert read_film(path) == film
+
+
+@pytest.mark.browser
+def test_a_forged_film_runs_nothing(place: Path, i2p: Run, chromium: Any) -> None:  # noqa: F811
+    write(place, i2p)
+    path = place / "book" / "pictures" / "side-fork.film"
+    good = path.read_text(encoding="utf-8")
+    film = read_film(path)
+    assert film is not None
+    played = json.loads(gzip.decompress(base64.b64decode(film.data)))
+    played["stage"] += "<img src=x onerror='document.title = 1'><script>document.title = 2</script>"
+    path.write_text(pack_film(played).as_text(), encoding="utf-8")
+    assert write(place, i2p)["made"] == 0
+    page = chromium.new_page()
+    page.goto((place / "book" / "beliefs.html").as_uri())
+    title = page.title()
+    page.get_by_role("button", name="Play it here: side").click()
+    page.locator(".player [data-actor]").first.wait_for()
+    page.wait_for_timeout(200)
+    assert page.title() == title
+    page.close()
     path.write_text(good, encoding="utf-8")
 
 

@@ -107,7 +107,13 @@ def test_offers_for_a_stretch(pull: Made, walk: Made) -> None:
     assert text.endswith(f"pin script[10..20]: {less}\n")
     making.read(text, "pull.story", Path())
     assert "at(big, inside)" in {each["text"] for each in offers(walk, 3, 9)}
-    for wrong in ((0, 3, less), (3, 31, less), (5, 4, less), (1, 2, "1\nworld hill")):
+    for wrong in (
+        (0, 3, less),
+        (3, 31, less),
+        (5, 4, less),
+        (1, 2, "1\nworld hill"),
+        (1, 2, "(1 >\n0)"),
+    ):
         with pytest.raises(Refusal):
             hands.during(StoryText(PULL), *wrong)
 

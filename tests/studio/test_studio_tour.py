@@ -24,7 +24,12 @@ from studio.conftest import Desk  # noqa: E402
 from studio_for_tests import Served  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures" / "studio"
-NAMES = ("desk", "drag", "pinned", "curve", "others", "wishes", "why", "patterns", "world", "phone")
+NAMES = (
+    *("desk", "drag", "pinned", "curve", "others", "wishes", "why", "patterns"),
+    *("plane", "stretch", "world", "phone"),
+)
+WALK = "world meadow\nlength 60\n\nmaximize depict(G_wolf = approach)\nsearch naive\n"
+PULL = "world hill\nlength 160\n\nmaximize depict(weight = 0.5)\nsearch naive\n"
 STORIES = ROOT / "stories"
 
 
@@ -92,6 +97,29 @@ def tour(served: Served, browser: Any, save: Callable[[str, bytes], None]) -> No
     page.locator("#patterns summary").first.click()
     taken("patterns", "#patterns")
 
+    shown = opened("walk.story", viewport={"width": 1100, "height": 760})
+    page = shown.page
+    shown.seek(24)
+    x, y = shown.place("wolf")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 90, y + 40, steps=6)
+    page.locator("#stage .spot.room").wait_for(state="attached")
+    page.mouse.move(x - 95, y + 45)
+    page.wait_for_timeout(400)
+    taken("plane", "div#stage")
+    page.keyboard.press("Escape")
+    page.mouse.up()
+
+    shown = opened("pull.story", viewport={"width": 1100, "height": 900})
+    page = shown.page
+    shown.seek(90)
+    page.get_by_role("button", name="Pin a stretch").click()
+    page.get_by_label("Last frame").fill("130")
+    page.get_by_label("What shall hold").select_option("taut(hopper)")
+    page.wait_for_timeout(1000)
+    taken("stretch", "#film")
+
     context = browser.new_context(viewport={"width": 1280, "height": 760}, reduced_motion="reduce")
     page = context.new_page()
     page.goto(served.address)
@@ -124,6 +152,8 @@ def small(png: bytes) -> bytes:
 def taken_in(folder: Path, browser: Any, save: Callable[[str, bytes], None]) -> None:
     shutil.copy(STORIES / "kitchen" / "betrayal.story", folder)
     shutil.copy(STORIES / "worlds" / "maze.world", folder / "mine.world")
+    (folder / "walk.story").write_text(WALK, encoding="utf-8")
+    (folder / "pull.story").write_text(PULL, encoding="utf-8")
     served = Served(folder)
     served.start()
     try:

@@ -325,6 +325,7 @@ class Studio {
       .replace(/\.\w+$/, "")
       .replaceAll("-", " ");
     $("title").textContent = name;
+    $("title").dataset.of = path;
     document.title = `${name} · i2p studio`;
   }
 

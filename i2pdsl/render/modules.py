@@ -1,4 +1,4 @@
-"""Modules of the studio's page as one module, for places without a server.
+"""Modules of pages as one module, for places without a server.
 
 Each becomes a function that is called once, in the order of their imports, and what it exports an
 object: enough for modules that import names from files, and nothing else. Neither a bundler nor
