@@ -612,14 +612,16 @@ def test_quick_commands_import_only_what_they_need(shared: Path, script: Path) -
 
 
 def test_check_is_quick(shared: Path) -> None:
-    times = []
-    for _ in range(3):
+    used = float("inf")
+    for _ in range(3):  # on a busy machine the first may be slow
         before = os.times()
         assert process("check", shared / "help.story").status == DONE
         after = os.times()
         used = after.children_user + after.children_system
-        times.append(used - before.children_user - before.children_system)
-    assert min(times) < 1.5  # of processor time: half a second when the machine is quiet
+        used -= before.children_user + before.children_system
+        if used < 1.5:  # of processor time: half a second when the machine is quiet
+            return
+    raise AssertionError(f"{used:.2f} s")
 
 
 def test_a_reader_that_has_had_enough() -> None:
