@@ -131,9 +131,10 @@ def arrays_of(world: Any) -> tuple[Arrays, np.ndarray]:
     spec, tables, dynamics = world.spec, world.tables, world.dynamics
     weak, strong = spec.characters
     assert weak.is_weak, weak
-    assert spec.social == strong, strong
+    assert [*dict(strong.attitudes)] == [weak.name], strong
     _, keys = problem_keys(spec)
-    facing = [weak.goals.index(k[0]) if k[0] is not None else len(weak.goals) for k in keys]
+    (seen,) = zip(*(key.others for key in keys), strict=True)
+    facing = [weak.goals.index(s.key.goal) if s.key else len(weak.goals) for s in seen]
     order = np.argsort(facing, kind="stable")
     place = np.append(np.argsort(order), len(order))
     home = lambda who, goals: on_goal(spec, dynamics, list(goals))[:, dynamics.cells[:, who]]
@@ -151,8 +152,8 @@ def arrays_of(world: Any) -> tuple[Arrays, np.ndarray]:
         beta=np.array(settings.beta),
         forgetting=np.array(settings.forgetting),
         facing=np.array(facing)[order],
-        strong_goal=np.array([strong.goals.index(k[1]) for k in keys])[order],
-        rho=np.array([float(k[2] or 0) for k in keys])[order],
+        strong_goal=np.array([strong.goals.index(key.goal) for key in keys])[order],
+        rho=np.array([float(s.rho or 0) for s in seen])[order],
         weak_of=tables.columns[0][0],
         strong_of=place[tables.columns[1][0]],
         rational=rational,

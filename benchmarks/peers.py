@@ -212,7 +212,7 @@ def plain_world(spec: Any) -> Any:
     import reference
 
     people = [
-        reference.Character(c.name, c.success, c.pushes, c.goals, c.toward, c.attitude)
+        reference.Character(c.name, c.success, c.pushes, c.goals, dict(c.attitudes))
         for c in spec.characters
     ]
     tiles = {tile.name: tile.cells[0] for tile in spec.tiles}

@@ -19,6 +19,8 @@ def main(arguments: list[str] | None = None) -> None:
     """The program."""
     watch_signals()
     os.environ["MPLBACKEND"] = "agg"  # of windows, which we have none of; a wrong one is fatal
+    # Our matrices are small, and threads of a BLAS wait for each other by spinning.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from i2pdsl.commands.program import run_command
 
     status = INTERRUPTED

@@ -38,6 +38,9 @@ _OURS: dict[str, Any] = {
 _CODE_CACHE = "jax_compilation_cache_dir"
 _GLOBAL: dict[str, Any] = {
     _CODE_CACHE: None,
+    # What programs.py does not compile are single operations, which are compiled for longer than
+    # they run: 10 to 100 ms, and a third of that without optimizing.
+    "jax_disable_most_optimizations": True,
     "jax_no_execution": False,
     "jax_no_tracing": False,
     "jax_raise_persistent_cache_errors": False,

@@ -143,11 +143,17 @@ def whole_file(name: str) -> Span:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:
-    """A hint that names the closest known word, or lists the known ones if they are few."""
+    """A hint that names the closest known word, or those of which it is the first part or has the
+    parts in another order (`rho`, `rho_hen_fox` of `rho_fox_hen`), or lists the known ones if they
+    are few."""
     words = set(known)
     close = closest(word, words)
     if close:
         return f"did you mean `{close}`?"
+    parts = sorted(word.split("_"))
+    alike = sorted(w for w in words if w.startswith(f"{word}_") or sorted(w.split("_")) == parts)
+    if 0 < len(alike) <= 12:
+        return f"did you mean {' or '.join(f'`{w}`' for w in alike)}?"
     if 0 < len(words) <= 12:
         return "known here: " + ", ".join(sorted(words))
     return None

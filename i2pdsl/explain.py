@@ -242,19 +242,19 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
 def _branches(script: Script, action: int) -> tuple[int, ...]:
     """The branch of each character in `World.turns` that a joint turn is made of."""
     world = script.world
-    if len(world.vocabulary.characters) == 1:
-        return (action,)
-    return divmod(action, len(world.branch_actions(1)))
+    counts = [len(world.branch_actions(u)) for u in range(len(world.vocabulary.characters))]
+    return tuple(int(n) for n in np.unravel_index(action, counts))
 
 
 def _policies(script: Script, t: int, branches: tuple[int, ...]) -> list[np.ndarray]:
     """For each character log P(action | H) where it acts in frame t, [A, O, H]."""
     world, found = script.world, []
     turns = world.turns(world.tables, script.frames.before[t])
-    for u, rows in enumerate(turns.log_rows):  # [n_1, n_2, O, H], or 1 for what does not matter
+    for u, rows in enumerate(turns.log_rows):  # [n_1, ..., O, H], or 1 for what does not matter
         numbers = world.branch_actions(u)
-        # The second answers what the first has done, unless both act at the same time.
-        own = rows[min(branches[0], len(rows) - 1)] if u else rows[:, 0]
+        # Who acts later answers what the others have done, unless all act at the same time.
+        chosen = [min(b, size - 1) for b, size in zip(branches, rows.shape, strict=False)]
+        own = rows[tuple(slice(None) if i == u else b for i, b in enumerate(chosen))]
         found.append(np.stack([own[numbers.index(a)] for a in range(max(numbers) + 1)]))
     return found
 

@@ -64,10 +64,12 @@ Options = dict[str, str | bool]
 LEVEL = "xla_backend_optimization_level"
 LASTING: Options = {
     LEVEL: "1",
+    "xla_llvm_disable_expensive_passes": False,  # computing.py asks for them to be left out
     "xla_cpu_use_fusion_emitters": False,
     "xla_cpu_experimental_ynn_fusion_type": "",
 }
 BRIEF: Options = {**LASTING, LEVEL: "0"}
+FOR_HOURS: Options = {LEVEL: "3", "xla_llvm_disable_expensive_passes": False}  # XLA's own default
 
 _memory: dict[tuple[str, bool], Program] = {}
 _MOST_KEPT = 64  # programs in memory: who edits stories for hours asks for one after the other
@@ -262,6 +264,12 @@ def compiled(lowered: jax.stages.Lowered, options: Options = LASTING) -> jax.sta
         if "No such compile option" not in str(problem):  # options of XLA come and go
             raise
     return lowered.compile(compiler_options={LEVEL: options[LEVEL]})
+
+
+def once(function: Callable[..., Any], *arguments: Any, options: Options = BRIEF) -> Any:
+    """What a function of trees of arrays returns: for what is computed once in a run, as a single
+    program that is there soon."""
+    return compiled(jax.jit(function).lower(*arguments), options)(*arguments)
 
 
 def _load(

@@ -11,8 +11,9 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language.story import Requirement
+from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.panel import Judgement, imagined_otherwise, judge, panel
-from i2pdsl.objective.replay import replay
+from i2pdsl.objective.replay import replay_many
 from i2pdsl.objective.terms import score_script
 from i2pdsl.scripts import Script, script_of
 from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
@@ -82,7 +83,8 @@ def chosen(
         scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
     other = imagined_otherwise(task.story, task.world, task.watch) if choose == "wide" else None
     members = panel(task.story, task.world, other)
-    judged = [(s, judge(task.story, members, s.trajectory, s.frames)) for s in scripts]
+    told = [script.trajectory for script in scripts], [script.frames for script in scripts]
+    judged = list(zip(scripts, judge(task.story, members, *told), strict=True))
     if by_panel:
         best = max(_worth(script) for script in scripts)
         judged.sort(key=lambda each: _place(best, *each))
@@ -151,15 +153,15 @@ def ranked(task: Task, found: Found, seed: int) -> list[Script]:
     if dropped and not finite:
         message = "the motion is not finite: this world is too rough for the simulator's steps"
         raise error("motion", message, whole)
-    scripts = [_scored(task, path, seed) for path in finite]
+    every = zip(finite, replay_many(task.world, finite), strict=True)
+    scripts = [_scored(task, path, frames, seed) for path, frames in every]
     if not any(s.score is not None and np.isfinite(s.score) for s in scripts):
         message = "the objective has no finite value for any script that was found"
         raise error("objective", message, whole, "look for a logarithm of 0 or a division by 0")
     return sorted(scripts, key=_by_score)
 
 
-def _scored(task: Task, path: Trajectory, seed: int) -> Script:
-    frames = replay(task.world, path.states, path.actions)
+def _scored(task: Task, path: Trajectory, frames: Frame, seed: int) -> Script:
     with np.errstate(all="ignore"):
         score = score_script(task.story, task.world, frames)
     source = task.story.source

@@ -220,7 +220,7 @@ def _rollouts(
     for t in range(luck.shape[1]):
         ahead = world.turns(world.tables, path[-1])
         log = sum(
-            np.asarray(row)[each, :, :, observers, courses[:, t, u]]
+            np.moveaxis(np.asarray(row), (-2, -1), (1, 2))[each, observers, courses[:, t, u]]
             for u, row in enumerate(ahead.log_rows)
         )
         chance = np.asarray(ahead.chance) * ahead.valid  # [N, K]

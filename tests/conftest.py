@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-test-cache"))
+# Threads of a BLAS wait for each other by spinning: on a busy machine that takes 40 times as long
+# as the products of our small matrices.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# What tests compute by JAX themselves is single operations and what is run a few times: most of
+# their time goes into compiling. Our own programs have options of their own (programs.py).
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
+os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
+# Where it is set, each of a hundred processes would compile our sources anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
 
 from commands_for_tests import I2P, Outcome, Run
 
+sys.dont_write_bytecode = False
+
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (
-    *("test_stories", "test_descent", "test_studio_desk", "test_docs", "test_beam"),
+    *("test_stories", "test_fit", "test_descent", "test_studio_desk", "test_docs", "test_beam"),
     *("test_studio_talk", "test_notebooks"),
     *("test_catalogue", "test_terminal", "test_session", "test_cli", "test_environment"),
     *("test_cli_hill", "test_completion_everywhere", "test_against_reference", "test_magic"),
@@ -31,12 +44,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 
 
+PLANNING = pytest.StashKey[subprocess.Popen[bytes]]()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """The workers of a run share its cache. The kitchen's plan, which takes longest and which many
-    tests need, is made before they begin, not by each of them."""
+    tests need, is made while they collect what there is to test, not by each of them."""
     is_worker = hasattr(config, "workerinput")
     if config.getoption("numprocesses", None) and not is_worker and not config.option.collectonly:
-        subprocess.run([*I2P, "plan", "kitchen"], stdout=subprocess.DEVNULL, check=True)
+        command = [*I2P, "plan", "kitchen"]
+        config.stash[PLANNING] = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished(node: Any) -> None:
+    planning = node.config.stash.get(PLANNING, None)
+    assert planning is None or planning.wait() == 0
 
 
 @pytest.fixture

@@ -1,10 +1,11 @@
 """The equations of the kitchen and of the language, with dictionaries and loops.
 
-An independent transcription of design/model.md ("Kitchen") and design/language.md, and of the paper
-("Acting as Inverse Inverse Planning", sections "Inverse planning", "Inverse inverse planning",
-"Implementation details"). It imports nothing of the package, and the package is tested against it
-on small maps. Clarity goes before speed, so the order here is that of the texts: map and moves,
-rewards, planning, hypotheses, the audience's filter, scripts, queries, predicates, stories, search.
+An independent transcription of design/model.md ("Kitchen") and design/language.md, of
+docs/worlds.md ("Three and more"), and of the paper ("Acting as Inverse Inverse Planning", sections
+"Inverse planning", "Inverse inverse planning", "Implementation details"). It imports nothing of the
+package, and the package is tested against it on small maps. Clarity goes before speed, so the order
+here is that of the texts: map and moves, rewards, planning, hypotheses, the audience's filter,
+scripts, queries, predicates, stories, search.
 
 A state is a tuple of cells (column, row), or None where absent, in the order of `world.entities`
 (characters in acting order, then objects); wherever a state is asked for, the mapping of
@@ -26,15 +27,29 @@ TOLERANCE = 1e-10  # a proven bound on the error of every planned value
 
 @dataclass(frozen=True)
 class Character:
-    """One with `toward` is paid rho times the other's reward, and plans against its policy."""
+    """One with `toward` is paid rho times the other's reward, and plans against its policy; one
+    with several says {other: values of rho}."""
 
     name: str
     success: float = 1.0
     pushes: tuple = ()
     goals: tuple = ("none",)
-    toward: str | None = None
-    attitude: tuple = ()  # the values of rho
-    models: str | None = None  # without attitude: plans against the other's policy nevertheless
+    toward: str | dict | None = None
+    attitude: tuple = ()  # the values of rho, where `toward` is a name
+    models: str | tuple = ()  # without attitude: plans against the other's policy nevertheless
+    misreads: tuple = ()  # those of whom it may be wrong about what they want
+
+    @property
+    def attitudes(self):
+        """{other: the values of rho toward it}"""
+        if isinstance(self.toward, dict):
+            return self.toward
+        return {self.toward: self.attitude} if self.toward else {}
+
+    @property
+    def modelled(self):
+        models = (self.models,) if isinstance(self.models, str) else self.models
+        return {*self.attitudes, *models}
 
 
 @dataclass(frozen=True)
@@ -74,13 +89,13 @@ class World:
         self.rewards = {"goal": 1.0, "move": -1.0, "stay": -0.1, **(rewards or {})}
         self.gamma, self.beta, self.forgetting, self.level0 = gamma, beta, forgetting, level0
         self.position = {name: i for i, name in enumerate(self.entities)}
-        assert len(self.characters) in (1, 2)
+        assert len(self.characters) in (1, 2, 3, 4)
         assert level0 in ("uniform", "costs")
         assert hypotheses in ("merged", "literal")
-        assert sum(bool(c.toward or c.models) for c in characters) <= 1, "at most one models"
-        assert all(bool(c.toward) == bool(c.attitude) for c in characters)
+        pairs = [(c.name, other) for c in characters for other in c.attitudes]
+        self.rho = {pair: "rho" if len(pairs) == 1 else "_".join(("rho", *pair)) for pair in pairs}
         self.hypotheses = merged(self) if hypotheses == "merged" else literal(self)
-        self._values, self._q, self._filtered = {}, {}, {}  # memory only: no meaning
+        self._values, self._q, self._replies, self._filtered = {}, {}, {}, {}  # memory only
 
     # ---- States and moves ---------------------------------------------------------------------
 
@@ -120,8 +135,11 @@ class World:
         """sum over the presences of n (n - 1) ... (n - m + 1), m things on n free cells."""
         return sum(math.perm(len(self.free), len(present)) for present in self.presences())
 
-    def partner(self, who):
-        return next((name for name in self.characters if name != who), None)
+    def others(self, who):
+        """Who acts between two of its actions, in that order."""
+        names = list(self.characters)
+        i = names.index(who)
+        return names[i + 1 :] + names[:i]
 
     def effect(self, state, who, action):
         """The state after `action` if it succeeds; the same state if it is blocked (or 'stay').
@@ -170,58 +188,74 @@ class World:
             return softmax({b: self.beta * self.cost(b) for b in ACTIONS})
         return dict.fromkeys(ACTIONS, 1 / len(ACTIONS))
 
-    def view(self, who, h):
-        """How `who` sees its partner: None (alone), 'level 0', 'random', or ('rational', goal)."""
-        other, me = self.partner(who), self.characters[who]
-        if other is None:
-            return None
-        if not (me.toward or me.models):
+    def view(self, who, other, h):
+        """How `who` sees another: 'level 0', 'random', or as the one whose problem that is."""
+        if other not in self.characters[who].modelled:
             return "level 0"
-        return ("rational", h[f"G_{other}"]) if h[f"R_{other}"] else "random"
+        if not h[f"R_{other}"]:
+            return "random"
+        taken = h.get(f"B_{who}_{other}", h[f"G_{other}"])  # what it is taken to want
+        return self.problem(other, h | {f"G_{other}": taken})
 
     def problem(self, who, h):
-        """What a plan depends on: (who, own goal, rho, view of the partner)."""
-        rho = h["rho"] if self.characters[who].toward else 0
-        return who, h[f"G_{who}"], rho, self.view(who, h)
+        """What a plan depends on: (who, own goal, [(other, rho toward it, view of it)])."""
+        rhos = {o: h[self.rho[who, o]] for o in self.characters[who].attitudes}
+        others = [(o, rhos.get(o, 0), self.view(who, o, h)) for o in self.others(who)]
+        return who, h[f"G_{who}"], tuple(others)
 
-    def answer(self, who, h, state):
-        """The partner's answer in s': (rho sum_b pi(b|s') r_j(s', b), {s'': probability})."""
-        _, _, rho, view = self.problem(who, h)
-        other = self.partner(who)
-        if view is None:
-            return 0.0, {state: 1.0}
-        if view == "level 0":
-            answers = self.pi_0()
-        elif view == "random":
-            answers = dict.fromkeys(ACTIONS, 1 / len(ACTIONS))
-        else:
-            answers = self.policy(other, h, state)
-        social, after = 0.0, {}
-        for action, p in answers.items():
-            if rho:
-                social += rho * p * self.reward(other, h[f"G_{other}"], state, action)
-            for chance, result in self.outcomes(state, other, action):
-                after[result] = after.get(result, 0.0) + p * chance
-        return social, after
+    def reply(self, other, view, state):
+        """One other's action, as it is seen: (what it gets for it, {s'': probability})."""
+        key = (other, view, state)
+        if key not in self._replies:
+            if view == "level 0":
+                policy = self.pi_0()
+            elif view == "random":
+                policy = dict.fromkeys(ACTIONS, 1 / len(ACTIONS))
+            else:
+                policy = softmax({a: self.beta * q for a, q in self._backup(view, state).items()})
+            paid, reached = 0.0, {}
+            for action, p in policy.items():
+                if isinstance(view, tuple):  # only the rational are cared about
+                    paid += p * self.reward(other, view[1], state, action)
+                for chance, result in self.outcomes(state, other, action):
+                    reached[result] = reached.get(result, 0.0) + p * chance
+            self._replies[key] = paid, reached
+        return self._replies[key]
 
-    def _plan(self, who, h, present):
-        """V of `who` in all states with `present`: the fixed point, to a proven 1e-10.
+    def answer(self, problem, state):
+        """The others' actions in s', one after the other: (sum_j rho_j E[r_j], {s'': probability}).
 
-        With i = who, j = the partner, s the state in which i is to act,
+        For one other (rho sum_b pi(b | s') r_j(s', b), {s'': sum_b pi(b | s') P(s'' | s', b)}).
+        """
+        social, reached = 0.0, {state: 1.0}
+        for other, rho, view in problem[2]:
+            before, reached = reached, {}
+            for s, p in before.items():
+                paid, after = self.reply(other, view, s)
+                social += rho * p * paid
+                for result, q in after.items():
+                    reached[result] = reached.get(result, 0.0) + p * q
+        return social, reached
 
-            Q_i(s, a) = r_i(s, a) + gamma sum_s' P_i(s' | s, a) W(s')
-            W(s')     = sum_b pi_j(b | s') (rho r_j(s', b) + sum_s'' P_j(s'' | s', b) V_i(s''))
-            V_i(s)    = max_a Q_i(s, a)
+    def _plan(self, problem, present):
+        """V in all states with `present`: the fixed point, to a proven 1e-10.
 
-        where pi_j is pi_0 and rho = 0 at level 1 (the cheese), the partner's softmax policy at
-        level 2 (the robot), uniform where the modelled partner is irrational; alone, W = V.
+        With i = whose problem it is, j, k, ... = the others in the order in which they act, s the
+        state in which i is to act,
+
+            Q_i(s, a)  = r_i(s, a) + gamma sum_s' P_i(s' | s, a) E_j[E_k[...[V_i]]](s')
+            E_j[W](s') = sum_b pi_j(b | s') (rho_j r_j(s', b) + sum_s'' P_j(s'' | s', b) W(s''))
+            V_i(s)     = max_a Q_i(s, a)
+
+        where pi_j is pi_0 and rho_j = 0 where i does not model j (the cheese the robot), j's own
+        softmax policy where it does (the robot the cheese), uniform where j is irrational.
         Value iteration by full sweeps T, with the bounds of MacQueen and Porteus: with m, M the
         least and greatest change of a sweep, V* lies between TV + c m and TV + c M,
         c = gamma / (1 - gamma). Each sweep goes on from the middle of the two.
         """
         states = list(self.states(present))
         number = {s: i for i, s in enumerate(states)}
-        goal = h[f"G_{who}"]
+        who, goal, _ = problem
         own, answers = [], []
         for s in states:
             row = []
@@ -229,7 +263,7 @@ class World:
                 (p, t), (q, u) = [*self.outcomes(s, who, a), (0.0, s)][:2]
                 row.append((self.reward(who, goal, s, a), p, number[t], q, number[u]))
             own.append(row)
-            social, after = self.answer(who, h, s)
+            social, after = self.answer(problem, s)
             answers.append((social, [(p, number[t]) for t, p in after.items()]))
         gamma, c = self.gamma, self.gamma / (1 - self.gamma)
         values = [0.0] * len(states)
@@ -242,33 +276,36 @@ class World:
             if c * (high - low) / 2 <= TOLERANCE:
                 return dict(zip(states, values, strict=True))
 
-    def _planned(self, who, h, state):
+    def _planned(self, problem, state):
         """The values of all states with the same things present (no plan foresees a fall)."""
         present = tuple(n for n in self.entities if state[self.position[n]])
-        key = (self.problem(who, h), present)
+        key = (problem, present)
         if key not in self._values:
-            self._values[key] = self._plan(who, h, present)
+            self._values[key] = self._plan(problem, present)
         return self._values[key]
 
-    def value(self, who, h, state):
-        """V_who(s) under a hypothesis in which `who` is rational."""
-        state = self.state(state)
-        return self._planned(who, h, state)[state]
-
-    def q_values(self, who, h, state):
-        """{action: Q_who(s, action)}, by one backup from the values."""
-        state = self.state(state)
-        key = (self.problem(who, h), state)
+    def _backup(self, problem, state):
+        """{action: Q(s, action)}, by one backup from the values."""
+        key = (problem, state)
         if key not in self._q:
-            values, q = self._planned(who, h, state), {}
+            (who, goal, _), values, q = problem, self._planned(problem, state), {}
             for a in ACTIONS:
-                q[a] = self.reward(who, h[f"G_{who}"], state, a)
+                q[a] = self.reward(who, goal, state, a)
                 for p, s1 in self.outcomes(state, who, a):
-                    social, after = self.answer(who, h, s1)
+                    social, after = self.answer(problem, s1)
                     w = social + sum(chance * values[s2] for s2, chance in after.items())
                     q[a] += self.gamma * p * w
             self._q[key] = q
         return self._q[key]
+
+    def value(self, who, h, state):
+        """V_who(s) under a hypothesis in which `who` is rational."""
+        state = self.state(state)
+        return self._planned(self.problem(who, h), state)[state]
+
+    def q_values(self, who, h, state):
+        """{action: Q_who(s, action)} under a hypothesis in which `who` is rational."""
+        return self._backup(self.problem(who, h), self.state(state))
 
     def log_policy(self, who, h, state):
         """log P(a | s, H) = log softmax(beta Q_H(s, .))[a]; uniform for an irrational character."""
@@ -360,7 +397,8 @@ class World:
 
 
 def literal(world):
-    """All combinations of the paper's tuple (G and R of each character, rho), taken literally.
+    """All combinations of the paper's tuple (G and R of each character, each rho; and B, what one
+    takes another to want, where one may be wrong about it), taken literally.
 
     "When the cheese is irrational, we only include hypotheses where the robot is indifferent":
     rho = 0 alone, where the one it is about is irrational. Kitchen: G_cheese (2) x G_robot (3) x
@@ -370,31 +408,46 @@ def literal(world):
     no part, goal and rho of the irrational, are dropped, so that comparisons on them are false.
     """
     names = list(world.characters)
-    lead = next((c for c in world.characters.values() if c.attitude), None)
+    reads = [(who, other) for who in names for other in world.characters[who].misreads]
+    taken = list(product(*(world.characters[other].goals for _, other in reads)))
+    goals = product(*(c.goals for c in world.characters.values()))
+    goals = [dict(zip(names, each, strict=True)) for each in goals]
     found = []
     for flags in product((True, False), repeat=len(names)):
         r = dict(zip(names, flags, strict=True))
-        rhos = lead.attitude if lead and r[lead.toward] else (0,)
-        for *goals, rho in product(*(c.goals for c in world.characters.values()), rhos):
-            h = {f"G_{n}": g for n, g in zip(names, goals, strict=True) if r[n]}
-            h |= {"rho": rho} if lead and r[lead.name] else {}
+        values = [
+            world.characters[who].attitudes[other] if r[other] else (0,) for who, other in world.rho
+        ]
+        for goal, rhos, seen in product(goals, product(*values), taken):
+            h = {f"G_{n}": goal[n] for n in names if r[n]}
+            attitudes = zip(world.rho.items(), rhos, strict=True)
+            h |= {latent: rho for ((who, _), latent), rho in attitudes if r[who]}
+            readings = zip(reads, seen, strict=True)
+            h |= {f"B_{who}_{other}": g for (who, other), g in readings if r[who] and r[other]}
             found.append(h | {f"R_{n}": r[n] for n in names})
     return found
 
 
 def merged(world):
-    """Each of those once, less (rho = 0, no goal) where both are rational.
+    """Each of those once, less those by which a rational one could care about somebody rational,
+    cares about nobody, and wants no tile.
 
     Kitchen: both rational 2 x 3 x 5 - 2 = 28; cheese irrational, rho = 0: 3 goals of the robot;
     robot irrational: 2 goals of the cheese; both irrational: 1. Together 34.
     """
-    lead = next((c.name for c in world.characters.values() if c.attitude), None)
     found = []
     for h in literal(world):
-        idle = lead and rational(h) and h["rho"] == 0 and h[f"G_{lead}"] == "none"
-        if h not in found and not idle:
+        if h not in found and not any(idles(world, h, who) for who in world.characters):
             found.append(h)
     return found
+
+
+def idles(world, h, who):
+    """A rational one could care about somebody rational, cares about nobody, wants no tile."""
+    about = [other for other in world.characters[who].attitudes if h[f"R_{other}"]]
+    if not (h[f"R_{who}"] and about and h[f"G_{who}"] == "none"):
+        return False
+    return all(h[world.rho[who, other]] == 0 for other in about)
 
 
 # ---- Small arithmetic ----------------------------------------------------------------------------

@@ -16,9 +16,9 @@ from typing import Any
 
 from worlds_for_tests import with_small_world
 
-HELP = "# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n"
-SEARCH = "search beam(starts = 30, polish = 0)\n"
-BRIEF = HELP + SEARCH  # what is solved in no time
+SEARCH = "search beam(starts = 30, polish = 0)\n"  # what is solved in no time
+HELP = f"# The robot helps.\nworld small\nlength 6\n{SEARCH}\nmaximize depict(rho > 0)\n"
+BRIEF = f"# The robot helps.\nworld small\nlength 6\n\nmaximize depict(rho > 0)\n{SEARCH}"
 LONG = 60.0  # seconds that nothing here takes
 
 

@@ -242,7 +242,7 @@ def test_the_panel_changes_all_audiences_alike_and_leaves_what_they_know() -> No
         for q in ("P[insider](G_cheese = pink | script[:T])", "P[insider](rho > 0 | script[:T])")
     ]  # fmt: skip
     known, helped = zip(
-        *([float(evaluate(m.world, m.watch(path, frames), q, None)) for q in asked]
+        *([float(evaluate(m.world, m.watch([path], [frames])[0], q, None)) for q in asked]
           for m in panel(story, world)), strict=True
     )  # fmt: skip
     assert known == pytest.approx([1.0] * len(known))

@@ -21,6 +21,7 @@ from i2pdsl import cli
 from i2pdsl.cli import DONE, INTERRUPTED, USAGE, WRONG
 from i2pdsl.language.override import override
 from i2pdsl.language.statements import Source, StoryError
+from i2pdsl.worlds.find import builtin_worlds
 from worlds_for_tests import STORIES, kitchen_text, with_small_world
 
 HELP = """world small
@@ -550,10 +551,7 @@ def test_patterns(place: Path, i2p: Run) -> None:
     assert names == sorted(names)
     assert {"arc", "depict", "irony", "twist"} <= set(names)
     Path("library.story").write_text("# Doubles.\npattern twice(x) = 2 * x\n", encoding="utf-8")
-    listed = (
-        "twice(x)\n    Doubles.\n    x: number\n"
-        "    fits desk, fork, hill, house, kitchen, maze, meadow, pasture, porters\n"
-    )
+    listed = f"twice(x)\n    Doubles.\n    x: number\n    fits {', '.join(builtin_worlds())}\n"
     assert i2p("patterns", "library.story").out == listed
     for wrong in ("walk.story", "missing.story", "/proc/self/mem"):
         assert i2p("patterns", wrong).status == WRONG
@@ -614,14 +612,16 @@ def test_quick_commands_import_only_what_they_need(shared: Path, script: Path) -
 
 
 def test_check_is_quick(shared: Path) -> None:
-    times = []
-    for _ in range(3):
+    used = float("inf")
+    for _ in range(3):  # on a busy machine the first may be slow
         before = os.times()
         assert process("check", shared / "help.story").status == DONE
         after = os.times()
         used = after.children_user + after.children_system
-        times.append(used - before.children_user - before.children_system)
-    assert min(times) < 1.5  # of processor time: half a second when the machine is quiet
+        used -= before.children_user + before.children_system
+        if used < 1.5:  # of processor time: half a second when the machine is quiet
+            return
+    raise AssertionError(f"{used:.2f} s")
 
 
 def test_a_reader_that_has_had_enough() -> None:

@@ -50,7 +50,7 @@ from i2pdsl.repl.terminal import tell
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS, parse_world
 from i2pdsl.worlds.grid.spec import Settings
-from i2pdsl.worlds.grid.words import ELSEWHERE
+from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import hill_vocabulary
 from i2pdsl.worlds.kinds import KINDS
@@ -231,8 +231,6 @@ def statements_table() -> str:
 
 def settings_table() -> str:
     """The numbers of a world."""
-    blocks_ = {"goal": "rewards", "move": "rewards", "stay": "rewards", "gamma": "planning"}
-    blocks_ |= {"beta": "planning", "level0": "planning"}
     kitchen = find_vocabulary("kitchen")
     assert kitchen is not None
     rows = ["| key | block | default | range | meaning |", "|---|---|---|---|---|"]
@@ -242,7 +240,7 @@ def settings_table() -> str:
         range_ = words or SETTING_RANGES[name][1]
         meaning = kitchen.settings[name].documentation
         default = field.default if isinstance(field.default, str) else f"{field.default:g}"
-        block = blocks_.get(name, "audience")
+        block = next(block for block, keys in KEYS.items() if name in keys)
         rows.append(f"| `{name}` | `{block}` | {default} | {range_} | {meaning} |")
     return "\n".join(rows) + "\n"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -35,7 +36,11 @@ def imported(path: Path) -> Iterator[str]:
                 yield inside if inside in FILES else node.module
 
 
-GRAPH = {name: {m for m in imported(path) if m != name} for name, path in FILES.items()}
+@cache
+def graph() -> dict[str, set[str]]:
+    """Which modules import which."""
+    return {name: {m for m in imported(path) if m != name} for name, path in FILES.items()}
+
 
 # From below to above; what is not listed stands beside the room that it is named after.
 FLOORS = (
@@ -66,7 +71,7 @@ def room_of(module: str) -> str:
 
 def test_no_circles() -> None:
     try:
-        tuple(TopologicalSorter(GRAPH).static_order())
+        tuple(TopologicalSorter(graph()).static_order())
     except CycleError as circle:
         pytest.fail(" -> ".join(reversed(circle.args[1])))
 
@@ -80,7 +85,7 @@ def test_imports_run_down() -> None:
     """Nothing low imports what shows it, or what stands upon it."""
     up = [
         f"{name} imports {other}"
-        for name, others in sorted(GRAPH.items())
+        for name, others in sorted(graph().items())
         for other in sorted(others)
         if "." in name and "." in other and FLOOR[room_of(other)] > FLOOR[room_of(name)]
     ]
@@ -92,7 +97,7 @@ def test_kinds_of_worlds_know_nothing_of_each_other() -> None:
     from i2pdsl.worlds.kinds import KINDS
 
     wrong = []
-    for name, others in sorted(GRAPH.items()):
+    for name, others in sorted(graph().items()):
         for kind in KINDS:
             own = (f"i2pdsl.worlds.{kind}", f"i2pdsl.render.{kind}")
             if not name.startswith(own):

@@ -10,8 +10,10 @@ from fuzz_for_tests import examples
 from i2pdsl.pipeline import load
 from stories_for_tests import MAPS, PATHS, check, expectations, name
 
-# Told by the same pattern as another one, with other values; the last is searched in seven lengths.
+# Told by the same pattern as another one, with other values, or in the same world of three; one is
+# searched in seven lengths.
 TWINS = (
+    *("unmasked", "alliance", "favourite", "turncoat"),
     *("hinder", "indifferent", "misjudged", "flashback-hinder", "icarus", "man-in-a-hole"),
     *("oedipus", "rags-to-riches", "riches-to-rags", "change-of-heart"),
 )

@@ -120,16 +120,17 @@ def suspense(
 
     Args:
         log_belief: [..., O, H].
-        log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, O, H].
-        chance, valid: [..., n_1 * n_2].
+        log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, ..., O, H].
+        chance, valid: [..., n_1 * n_2 * ...].
         forgetting, switching: of each observer, and of each who acts; see filter.py.
         groups: one-hot [H, V].
     """
     weight, belief = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
-    shares = marginal(belief, groups, mask)  # [..., n_1, n_2, O, V]
-    mean = (weight[..., None] * shares).sum((-4, -3))
-    spread = (shares - mean[..., None, None, :, :]) ** 2
-    return (weight[..., None] * spread).sum((-4, -3)).sum(-1).mean(-1)
+    shares = marginal(belief, groups, mask)  # [..., n_1, n_2, ..., O, V]
+    turns = tuple(range(-2 - len(log_rows), -2))
+    mean = (weight[..., None] * shares).sum(turns, keepdims=True)
+    spread = (shares - mean) ** 2
+    return (weight[..., None] * spread).sum(turns).sum(-1).mean(-1)
 
 
 def prediction(
@@ -148,12 +149,15 @@ def prediction(
 
     Args:
         log_belief, log_rows, chance, valid, forgetting, switching: as for `suspense`.
-        who: 0 or 1, in the order of acting.
+        who: the number of the character, in the order of acting.
         actions: the action of each of the n_who branches.
     """
     xp = _namespace(log_belief)
     weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
-    own = weight.sum(-3 if who else -2).mean(-1)  # [..., n_who]
+    count = len(log_rows)
+    own = weight.sum(tuple(n - count - 1 for n in range(count) if n != who)).mean(
+        -1
+    )  # [..., n_who]
     kinds = max(actions) + 1
     return own @ ((xp.asarray(actions)[:, None] == xp.arange(kinds)) * 1.0)
 
@@ -167,10 +171,10 @@ def _ahead(
     forgetting: Array,
     switching: Sequence[Switching | None],
 ) -> tuple[Array, Array]:
-    """The probability of each next frame as the audience predicts it, [..., n_1, n_2, O], and the
-    belief after it, [..., n_1, n_2, O, H]."""
+    """The probability of each next frame as the audience predicts it, [..., n_1, n_2, ..., O], and
+    the belief after it, [..., n_1, n_2, ..., O, H]."""
     xp = _namespace(log_belief)
-    belief = log_belief[..., None, None, :, :]
+    belief = log_belief[(..., *(None,) * len(log_rows), slice(None), slice(None))]
     log_weight: Any = 0.0
     for row, changes in zip(log_rows, switching, strict=True):
         predicted = log_sum(belief + row, mask) - log_sum(belief, mask)

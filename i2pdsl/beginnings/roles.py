@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from i2pdsl.language.vocabulary import Vocabulary, show_value
-from i2pdsl.worlds.hypotheses import goal_of
+from i2pdsl.worlds.hypotheses import attitudes_of, goal_of
 from i2pdsl.worlds.kind import Spec
 
 _CALLED = {"grid": "map"}  # kinds of worlds that animators call otherwise
@@ -22,11 +22,11 @@ def roles_of(spec: Spec, words: Vocabulary) -> dict[str, str]:
         if goal_of(who) in words.latents
     }
     found: dict[str, str] = {}
-    social = getattr(spec, "social", None)  # of maps and planes
-    if social is not None:
-        found = {"helper": social.name, "helped": social.toward}
-        if len(places[social.toward]) > 1:
-            found["goal"], found["other"] = places[social.toward][:2]
+    about = next(iter(attitudes_of(getattr(spec, "characters", ()))), None)  # of maps and planes
+    if about is not None:
+        found = {"helper": about.who, "helped": about.toward, "rho": about.latent}
+        if len(places[about.toward]) > 1:
+            found["goal"], found["other"] = places[about.toward][:2]
     # The fortune of who has an attitude is mostly the other's: in a plane, where nothing else keeps
     # it to its goal, it would never get there.
     first = found.get("helped" if spec.kind == "plane" else "helper")

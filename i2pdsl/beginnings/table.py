@@ -67,41 +67,41 @@ _ON_MAPS = (
     Beginning(
         "help", "{helper} helps {helped}", "depict", 15,
         (("After every frame viewers shall believe that {helper} helps.",
-          "maximize depict(rho > 0)"),),
+          "maximize depict({rho} > 0)"),),
     ),
     Beginning(
         "hinder", "{helper} keeps {helped} from what it wants", "depict", 15,
         (("After every frame viewers shall believe that {helper} hinders.",
-          "maximize depict(rho < 0)"),),
+          "maximize depict({rho} < 0)"),),
     ),
     Beginning(
         "betrayal", "{helper} seems to help {helped}, and turns out to hinder it", "twist", 15,
         (("In the first half viewers shall believe that {helper} helps, in the second that it "
-          f"hinders. {_ALL_ALONG}", f"maximize twist(rho > 0, rho < 0, {_MET}"),),
+          f"hinders. {_ALL_ALONG}", f"maximize twist({{rho}} > 0, {{rho}} < 0, {_MET}"),),
     ),
     Beginning(
         "misjudged", "{helper} seems to hinder {helped}, and turns out to help it", "twist", 15,
         (("In the first half viewers shall believe that {helper} hinders, in the second that it "
-          f"helps. {_ALL_ALONG}", f"maximize twist(rho < 0, rho > 0, {_MET}"),),
+          f"helps. {_ALL_ALONG}", f"maximize twist({{rho}} < 0, {{rho}} > 0, {_MET}"),),
     ),
     Beginning(
         "irony", "{helper} means well, but mistakes what {helped} wants", "irony", 20,
         (("Viewers shall know that {helped} wants {other}; that {helper}, who takes it to want "
           "{goal}, means to help; and that what it does is no help.",
-          "maximize irony(G_{helped} = {other}, G_{helped} = {goal}, rho > 0, rho < 0)"),),
+          "maximize irony(G_{helped} = {other}, G_{helped} = {goal}, {rho} > 0, {rho} < 0)"),),
     ),
     Beginning(
         "reveal", "nobody can tell whether {helper} means well, until one moment tells all",
         "reveal", 12,
         (("Up to the middle viewers shall be of two minds about {helper}, then be sure that it "
-          f"helps. {_ALL_ALONG}", f"maximize reveal(rho > 0, {_MET}"),),
+          f"helps. {_ALL_ALONG}", f"maximize reveal({{rho}} > 0, {_MET}"),),
     ),
     Beginning(
         "foreshadowing", "{helper} seems harmless, a hint makes viewers doubt, and then it hinders",
         "foreshadowing", 16,
         (("Nobody shall expect harm from {helper}; after a quarter of the film a hint is half "
           f"believed; after three quarters it comes true. {_ALL_ALONG}",
-          f"maximize foreshadowing(rho < 0, {_MET}"),),
+          f"maximize foreshadowing({{rho}} < 0, {_MET}"),),
     ),
     Beginning(
         "red-herring", "viewers think that {actor} is after {here}, and it is not", "red_herring",
@@ -135,13 +135,13 @@ _ON_MAPS = (
         "surprising", "friend or foe? {helper} makes viewers change their minds again and again",
         "surprising", 14,
         (("What viewers believe of {helper} shall move as far as it can.",
-          "maximize surprising(rho > 0)"),
+          "maximize surprising({rho} > 0)"),
          ("Sense comes first: without this the two would dance to and fro.", "rationality 3")),
     ),
     Beginning(
         "suspenseful", "each next step may show whether {helper} means harm", "suspenseful", 12,
         (("Viewers shall expect that the next frame will tell them much about {helper}.",
-          "maximize suspenseful(rho)"),
+          "maximize suspenseful({rho})"),
          ("To look ahead takes time: fewer first pictures are tried.",
           "search beam(starts = 100, polish = 0)")),
     ),
@@ -176,7 +176,7 @@ _ON_PLANES = (
     Beginning(
         "help", "{helper} pushes {helped} to {goal}", "depict", 100,
         (("After every frame viewers shall believe that {helper} helps.",
-          "maximize depict(rho > 0)"),
+          "maximize depict({rho} > 0)"),
          ("In the end {helped} shall be there.",
           "maximize 20 * [at({helped}, {goal}) @ script[T]]"), _TOGETHER, _CALM, _PUSHING),
     ),
@@ -184,7 +184,7 @@ _ON_PLANES = (
         "hinder", "{helped} wants to go to {goal}, and {helper} keeps it away", "depict",
         100,
         (("After every frame viewers shall believe that {helper} hinders, and what {helped} wants.",
-          "maximize depict(rho < 0 and G_{helped} = {goal})"),
+          "maximize depict({rho} < 0 and G_{helped} = {goal})"),
          ("It shall not come nearer.", f"minimize sum_t {_NO_NEARER}"),
          _TOGETHER, _CALM, _PUSHING),
     ),
@@ -192,7 +192,7 @@ _ON_PLANES = (
         "betrayal", "{helper} seems to help {helped} to {goal}, and turns against it", "twist", 140,
         (("In the first half viewers shall believe that {helper} helps, in the second that it "
           "hinders; and all along that {helped} wants {goal}.",
-          "maximize twist(rho > 0 and G_{helped} = {goal}, rho < 0 and G_{helped} = {goal})"),
+          "maximize twist({rho} > 0 and G_{helped} = {goal}, {rho} < 0 and G_{helped} = {goal})"),
          ("After the turn {helped} shall come no nearer.",
           f"minimize sum_{{{{t in T/2..T}}}} {_NO_NEARER}"),
          _TOGETHER, _CALM, _PUSHING),

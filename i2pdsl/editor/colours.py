@@ -59,7 +59,7 @@ WORLD_KINDS = {
 MORE_KINDS = ("function", "call", "latent", "definition", "constant", "error")
 """The kinds that no terminal has by itself."""
 
-LATENT = re.compile(r"rho|[GR]_\w+")
+LATENT = re.compile(r"rho(?:_\w+)?|[BGR]_\w+")
 """The latents of every grid world; those of other worlds are known with their vocabulary."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from hashlib import sha256
+from itertools import permutations
 from pathlib import Path
 
 from lark import Token
@@ -19,6 +20,7 @@ from i2pdsl.language.packed import SUFFIX
 from i2pdsl.language.statements import read_source
 from i2pdsl.resources import cache_folder, write_text
 from i2pdsl.worlds.find import world_path
+from i2pdsl.worlds.hypotheses import attitude_of, reading_of
 
 
 def definition(text: str, offset: int, around: Surroundings, start: str = "file") -> Span | None:
@@ -112,14 +114,18 @@ def _beginning(path: Path) -> Span | None:
 
 
 def _in_world(word: str, around: Surroundings) -> Span | None:
-    """The block of a character, tile or object in the world's file; also for `G_robot`."""
+    """The block of a character, tile or object in the world's file; also for `G_robot` and, of
+    whose mind it is, `rho_robot_cheese` or `B_robot_cheese`."""
     world = around.vocabulary
     if world is None:
         return None
     place = _world(world.world, around)
     if place is None:
         return None
+    pairs = list(permutations(world.characters, 2))
+    owners = {of(*pair): pair[0] for pair in pairs for of in (attitude_of, reading_of)}
     name = word[2:] if word[:2] in ("G_", "R_") and word in world.latents else word
+    name = owners[word] if word in owners and word in world.latents else name
     block = re.compile(rf"^(?:tile|object|character|event)[ \t]+({re.escape(name)})\b", re.M)
     found = block.search(place.source.text)
     return Span(place.source, found.start(1), found.end(1)) if found is not None else None

@@ -116,7 +116,7 @@ def _world_rules() -> _Rules:
     yield _rule("name", _NAME)
     yield _rule("number", _NUMBER)
     yield _rule("operator", r"=|-")
-    yield _rule("sign", ",")
+    yield _rule("sign", ",|:")
     yield _rule("bracket", r"\(|\)|\{|\}|\[|\]")
     yield _rule("error", r"\S")
 

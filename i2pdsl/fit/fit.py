@@ -38,6 +38,7 @@ from i2pdsl.fit.viewers import Answers, Question, Watched, what_is_seen
 from i2pdsl.language import typed as ty
 from i2pdsl.language.story import USUAL
 from i2pdsl.language.vocabulary import Vocabulary, show_value
+from i2pdsl.programs import once
 from i2pdsl.scripts import Script, script_from
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.ready import ready_world
@@ -389,13 +390,9 @@ def _plausible(model: Model, nodes: Any, asked: Asked) -> list[int]:
     every = np.ones(len(asked.answer))
     points = modes(model, each, asked, np.tile(every, (count, 1)))
     group, groups = replace(model, plans=count).groups(asked)
-    rows = jax.jit(lambda point, seen: model.log_likelihoods(alike(model, point), seen, asked))
-    totals = np.array(
-        [
-            np.bincount(group, rows(point, jax.tree.map(lambda x, n=n: x[n], nodes)), groups)
-            for n, point in enumerate(points)
-        ]
-    )  # [N, G]
+    row = lambda fit: model.log_likelihoods(alike(model, fit[0]), fit[1], asked)
+    rows = np.asarray(once(lambda fits: jax.lax.map(row, fits), (points, nodes)))
+    totals = np.array([np.bincount(group, row, groups) for row in rows])  # [N, G]
     if groups == 1:
         return list(np.flatnonzero(totals[:, 0] > totals.max() - MOST_WORSE))
     explained = np.exp(totals - totals.max(0))

@@ -18,6 +18,7 @@ from i2pdsl.answers import optional
 from i2pdsl.fit.fit import Fitted
 from i2pdsl.fit.model import RESPONSE, SD, VIEWER, Watching, placed
 from i2pdsl.language.vocabulary import show_value
+from i2pdsl.programs import once
 from i2pdsl.resources import atomic_path
 
 Array = Any
@@ -77,9 +78,10 @@ class Report:
         watching = model.predictor
         if isinstance(watching, Watching):
             viewer = lambda values: watching.viewer(values).log_prior
-            log_prior = jax.vmap(jax.vmap(viewer))(unbounded)
+            log_prior = once(jax.vmap(jax.vmap(viewer)), unbounded)
             if model.share_names:
-                shares = np.exp(np.asarray(jax.vmap(jax.vmap(model.log_shares))(unbounded)))
+                log_shares = once(jax.vmap(jax.vmap(model.log_shares)), unbounded)
+                shares = np.exp(np.asarray(log_shares))
                 for number, plan in enumerate(self.fitted.plans):
                     found[f"share[{plan_in_words(dict(plan))}]"] = shares[..., number]
             for latent in watching.latents:
@@ -143,13 +145,13 @@ class Report:
     # Predictions.
 
     @cached_property
-    def some(self) -> list[dict[str, np.ndarray]]:
-        """Draws that are spread over all chains."""
+    def some(self) -> dict[str, np.ndarray]:
+        """M draws that are spread over all chains, [M, ...] of each site."""
         sites = self.fitted.draws.sites
         flat = {name: s.reshape(-1, *s.shape[2:]) for name, s in sites.items()}
         total = len(flat["mean"])
         chosen = np.unique(np.linspace(0, total - 1, min(total, MOST)).astype(int))
-        return [{name: s[i] for name, s in flat.items()} for i in chosen]
+        return {name: s[chosen] for name, s in flat.items()}
 
     @cached_property
     def _predicted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -168,8 +170,7 @@ class Report:
             without = jax.nn.logsumexp(own, axis=0) - jax.nn.logsumexp(own - logs, axis=0)
             return (weights[:, group] * means).sum(0), without, weights
 
-        stacked = {name: np.stack([draw[name] for draw in self.some]) for name in self.some[0]}
-        found = jax.jit(lambda draws: jax.lax.map(one, draws))(stacked)
+        found = once(lambda draws: jax.lax.map(one, draws), self.some)
         means, logs, weights = map(np.asarray, found)
         return means, logs, weights
 
@@ -218,7 +219,7 @@ class Report:
         rows = np.flatnonzero(study.asked.options == 0)
         if not len(rows):
             return {}
-        drawn = np.stack([self._again(draw, generator)[rows] for draw in self.some])
+        drawn = np.stack([_again(*draw, generator)[rows] for draw in self._placed])
         low, high = np.percentile(drawn, INTERVAL, axis=0)
         answers = study.asked.answer[rows]
         inside = (answers >= low - 1e-9) & (answers <= high + 1e-9)
@@ -229,31 +230,23 @@ class Report:
             "at_ends_model": ends(drawn),
         }
 
-    def _again(self, sites: dict[str, np.ndarray], generator: np.random.Generator) -> np.ndarray:
-        """Answers as the model would give them, [R]."""
-        values = self.fitted.model.values(sites)
-        middle, own = (jax.tree.map(np.asarray, part) for part in self._placed(values))
-        odds = middle + generator.logistic(size=len(middle)) * own["noise"] / SD
-        lapses = generator.random(len(middle)) < own["lapse"]
-        anywhere = generator.random(len(middle))
-        answers = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
-        found: np.ndarray = np.where(lapses, anywhere, answers).round(2)
-        return found
-
-    @cached_property
-    def _placed(self) -> Any:
-        """Where each row's belief is placed, and how its person answers; under the way of planning
-        that is likeliest for him."""
+    @property
+    def _placed(self) -> list[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """For some draws, where each row's belief is placed, and how its person answers, [R] each;
+        under the way of planning that is likeliest for him."""
         model, asked, nodes = self.fitted.model, self.fitted.study.asked, self.fitted.nodes
         group, _ = model.groups(asked)
         plan = self.plan_weights.argmax(0)[group]
 
-        def answering(values: dict[str, Array]) -> tuple[Array, dict[str, Array]]:
+        def one(sites: dict[str, Array]) -> tuple[Array, dict[str, Array]]:
+            values = model.values(sites)
             told, own = jax.lax.map(lambda node: model.told(values, node, asked), nodes)
             own = {name: each[0] for name, each in own.items()}
             return placed(told[plan, jnp.arange(len(plan)), 0], own), own
 
-        return jax.jit(answering)
+        found = once(lambda draws: jax.lax.map(one, draws), self.some)
+        middle, own = jax.tree.map(np.asarray, found)
+        return [(m, {name: each[i] for name, each in own.items()}) for i, m in enumerate(middle)]
 
     # Comparison.
 
@@ -350,3 +343,15 @@ def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:
 def plan_in_words(plan: Mapping[str, float | str]) -> str:
     """A way of planning: `beta = 2, gamma = 0.9`."""
     return ", ".join(f"{name} = {show_value(value)}" for name, value in plan.items())
+
+
+def _again(
+    middle: np.ndarray, own: dict[str, np.ndarray], generator: np.random.Generator
+) -> np.ndarray:
+    """Answers as the model would give them where beliefs are placed so, [R]."""
+    odds = middle + generator.logistic(size=len(middle)) * own["noise"] / SD
+    lapses = generator.random(len(middle)) < own["lapse"]
+    anywhere = generator.random(len(middle))
+    answers = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
+    found: np.ndarray = np.where(lapses, anywhere, answers).round(2)
+    return found

@@ -13,7 +13,7 @@ import numpy as np
 from numpyro.infer import NUTS, init_to_value
 
 from i2pdsl.fit.model import MISFIT, Asked, Model
-from i2pdsl.programs import compiled
+from i2pdsl.programs import LASTING, compiled, once
 from i2pdsl.search.minimise import minimise
 
 Array = Any
@@ -53,7 +53,8 @@ def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.nda
 
         return minimise(loss, jnp.asarray(mean, float), "lbfgs", STEPS, 0.0, None)[0]
 
-    return np.asarray(jax.jit(lambda fits: jax.lax.map(one, fits))((nodes, jnp.asarray(weights))))
+    several = lambda fits: jax.lax.map(one, fits)
+    return np.asarray(once(several, (nodes, jnp.asarray(weights)), options=LASTING))
 
 
 def alike(model: Model, point: Array) -> dict[str, Array]:
@@ -97,7 +98,7 @@ def draw(
     warmup = -(-warmup // PIECE) * PIECE
     keys = jax.random.split(jax.random.PRNGKey(seed), chains)
     arguments = (nodes, asked)
-    state = kernel.init(keys, warmup, None, arguments, {})
+    state = once(lambda keys: kernel.init(keys, warmup, None, arguments, {}), keys)
 
     def step(state: Any, _: Any) -> tuple[Any, tuple[Any, Array]]:
         state = kernel.sample(state, arguments, {})
@@ -119,9 +120,8 @@ def draw(
             raise
         finished = False
     places = kernel.postprocess_fn(arguments, {})
-    sites = jax.vmap(jax.vmap(places))(
-        {name: np.concatenate([s[name] for s, _ in found]) for name in found[0][0]}
-    )
+    drawn = {name: np.concatenate([s[name] for s, _ in found]) for name in found[0][0]}
+    sites = once(jax.vmap(jax.vmap(places)), drawn)
     by_chain = lambda array: np.moveaxis(np.asarray(array), 0, 1)
     return Draws(
         {name: by_chain(array) for name, array in sites.items()},

@@ -53,7 +53,8 @@ def shares_of(
         wrong = True
     if wrong:
         return None
-    left = [value for value in values if value not in weights]
+    free = [show_value(value) for value in latent.values if value not in latent.forced]
+    left = [value for value in free if value not in weights]
     others = weights.pop(OTHERS, None)
     found = {values[value]: weight for value, weight in weights.items()}
     if others is not None and not left:

@@ -18,12 +18,14 @@ Settings = tuple[tuple[str, SettingValue], ...]
 
 @dataclass(frozen=True)
 class Latent:
-    """Something hidden that viewers infer. `kind` is number, symbol or truth."""
+    """Something hidden that viewers infer. `kind` is number, symbol or truth. A `forced` value is
+    had only where no other is possible, so that nobody wonders how probable it is."""
 
     name: str
     kind: str
     values: tuple[Value, ...]
     documentation: str = ""
+    forced: tuple[Value, ...] = ()
 
     @property
     def domain(self) -> str:

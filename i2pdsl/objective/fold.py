@@ -47,6 +47,7 @@ class Objective:
         params: what this story passes to them.
         shape: a digest; objectives of equal shape share one compiled program.
         keeps_history: whether the carry holds all frames, which costs memory and time.
+        looks_around: whether it asks what else may happen after a frame, as `suspense` does.
         suffix_turns: the appended turns that it scores.
         weights: where the weights of all terms stand in `params.numbers`, the writer's first.
     """
@@ -58,6 +59,7 @@ class Objective:
     params: Params
     shape: str
     keeps_history: bool
+    looks_around: bool
     suffix_turns: tuple[ty.Turn, ...]
     weights: tuple[int, ...]
 
@@ -118,6 +120,7 @@ def compile_objective(
         ),
         shape=hashlib.sha256("".join((str(length), *compiler.shape)).encode()).hexdigest()[:16],
         keeps_history=history,
+        looks_around=any(map(looks_around, (e for _, e in terms))),
         suffix_turns=tuple(turn for group in suffixes for turn in group),
         weights=(*places, *(seen.places if seen is not None else ())),
     )
@@ -163,6 +166,12 @@ def looks_ahead(node: object) -> bool:
             first = table.first - when.before
             return any(value > first + i for i, value in enumerate(table.values) if first + i > 0)
     return any(looks_ahead(child) for child in ty.children(node))
+
+
+def looks_around(expression: ty.Typed) -> bool:
+    """Whether it asks what else may happen after a frame."""
+    beliefs = (node for node in ty.walk(expression) if isinstance(node, ty.Belief))
+    return any(BY_NAME[belief.form].looks_ahead for belief in beliefs)
 
 
 def _asked(node: object) -> list[ty.Moment]:

@@ -15,13 +15,14 @@ one who does (in planes: by the other observer); on the hill that would need oth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.frame import Frame
-from i2pdsl.objective.replay import replay
+from i2pdsl.objective.replay import replay_many
 from i2pdsl.objective.terms import score_script
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
@@ -44,12 +45,13 @@ class Member:
     sharpness: float
     imagines_otherwise: bool = False
 
-    def watch(self, path: Trajectory, known: Frame) -> Frame:
-        """What this member makes of a script. `known` is what the story's viewers make of it."""
+    def watch(self, paths: Sequence[Trajectory], known: Sequence[Frame]) -> list[Frame]:
+        """What this member makes of each of some scripts of one length. `known` is what the
+        story's viewers make of them."""
         rows = None
         if self.world.rows_are_scaled and not self.imagines_otherwise:
-            rows = tuple(self.sharpness * np.moveaxis(known.log_rows[1:], 1, 0))
-        return replay(self.world, path.states, path.actions, rows)
+            rows = [tuple(self.sharpness * np.moveaxis(k.log_rows[1:], 1, 0)) for k in known]
+        return replay_many(self.world, paths, rows)
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,21 @@ def panel(story: TypedStory, world: World, other: World | None = None) -> tuple[
 
 
 def judge(
-    story: TypedStory, members: tuple[Member, ...], path: Trajectory, known: Frame
-) -> Judgement:
-    """The panel's judgement of a script; `known` is what the story's own viewers make of it."""
+    story: TypedStory,
+    members: tuple[Member, ...],
+    paths: Sequence[Trajectory],
+    known: Sequence[Frame],
+) -> list[Judgement]:
+    """The panel's judgement of each of some scripts of one length; `known` is what the story's own
+    viewers make of them."""
+    scores = np.empty((len(paths), len(members)))
     with np.errstate(all="ignore"):
-        scores = [score_script(story, m.world, m.watch(path, known)) for m in members]
-    if not np.isfinite(scores).all():
-        return Judgement(-np.inf, -np.inf)
-    return Judgement(float(np.mean(scores)), min(scores))
+        for place, member in enumerate(members):
+            for number, frames in enumerate(member.watch(paths, known)):
+                scores[number, place] = score_script(story, member.world, frames)
+    return [
+        Judgement(float(row.mean()), float(row.min()))
+        if np.isfinite(row).all()
+        else Judgement(-np.inf, -np.inf)
+        for row in scores
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,12 @@ from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.frame import Belief, Frame
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 
 History = tuple[Frame, Any]
+
+TOGETHER = 2_000  # frames of several scripts that are computed side by side
 
 
 def replay(
@@ -29,6 +33,29 @@ def replay(
     """
     known = None if rows is None else tuple(row[None] for row in rows)
     return replay_all(world, states[None], actions[None], known).at(0)
+
+
+def replay_many(
+    world: World,
+    paths: Sequence[Trajectory],
+    rows: Sequence[tuple[np.ndarray, ...]] | None = None,
+) -> list[Frame]:
+    """What `replay` says of each of several scripts of one length, computed side by side.
+
+    Args:
+        rows: of each script the world's `log_rows`, if they are known already.
+    """
+    found: list[Frame] = []
+    many = max(1, TOGETHER // len(paths[0].states)) if paths else 1
+    for first in range(0, len(paths), many):
+        some = paths[first : first + many]
+        parts = None if rows is None else zip(*rows[first : first + many], strict=True)
+        known = None if parts is None else tuple(map(np.stack, parts))
+        states = np.stack([path.states for path in some])
+        actions = np.stack([path.actions for path in some])
+        frames = replay_all(world, states, actions, known)
+        found += [frames.at(number) for number in range(len(some))]
+    return found
 
 
 def replay_all(

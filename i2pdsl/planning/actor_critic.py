@@ -17,6 +17,7 @@ import numpy as np
 import optax
 
 from i2pdsl.planning.networks import Layers, apply_network, random_network
+from i2pdsl.programs import FOR_HOURS
 
 Array = Any
 
@@ -218,7 +219,7 @@ def _learn_value(
     return jax.lax.scan(learn, (training.value, training.value_moments), batches)[0]
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
+@partial(jax.jit, static_argnums=(0, 1, 2), compiler_options=FOR_HOURS)
 def improve_often(
     environment: Environment, recipe: Recipe, count: int, training: Training
 ) -> tuple[Training, Array]:

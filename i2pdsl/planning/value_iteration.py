@@ -211,12 +211,13 @@ class _Watch:
 
 
 def _parts(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> list[np.ndarray]:
-    """Cuts columns into groups: of problems that face the same policy, whose probabilities are
+    """Cuts columns into groups: of problems that face the same policies, whose probabilities are
     read once for all, unless the world is small."""
-    if _is_small(problem) or problem.answer is None:
+    if _is_small(problem) or not problem.answers:
         return _cut(problem, columns, dtype)
-    choice = problem.answer.choice[columns]
-    return [p for k in np.unique(choice) for p in _cut(problem, columns[choice == k], dtype)]
+    faced = np.stack([answer.choice[columns] for answer in problem.answers])
+    _, alike = np.unique(faced, axis=1, return_inverse=True)
+    return [p for k in range(alike.max() + 1) for p in _cut(problem, columns[alike == k], dtype)]
 
 
 def _cut(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> list[np.ndarray]:
@@ -251,8 +252,8 @@ class _Moves(NamedTuple):
     success: Array  # []
     gamma: Array  # []
     reward: Array  # [S, W]
-    answer: tuple[Array, Array, Array, Array] | None
-    # successor [A, S]; q policy [A, S or 1, W or 1]; social [S or 1, W or 1]; rho [W]
+    answers: tuple[tuple[Array, Array, Array, Array], ...]
+    # of each: successor [A, S]; q policy [A, S or 1, W or 1]; social [S or 1, W or 1]; rho [W]
 
 
 class _Group(NamedTuple):
@@ -268,8 +269,8 @@ def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
     real = lambda x: np.asarray(x, dtype)
     index = lambda x: np.asarray(x, np.int32)[:, filled]
     moving = lambda successor: (successor != everywhere).any(1)
-    answer, found = problem.answer, None
-    if answer is not None:
+    answers = []
+    for answer in problem.answers:
         moves, choice = moving(answer.successor), answer.choice[columns]
         if not small and np.ptp(choice) == 0:
             choice = choice[:1]
@@ -285,6 +286,7 @@ def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
             real(social if len(social) == 1 else social[filled]),
             real(answer.rho[columns]),
         )
+        answers.append(found)
     moves = moving(problem.successor)
     moved = _Moves(
         index(problem.successor[moves]),
@@ -293,20 +295,20 @@ def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
         real(problem.success),
         real(problem.gamma),
         real(problem.reward[np.ix_(filled, problem.goal[columns])]),
-        found,
+        tuple(answers),
     )
     return _Group(columns, jax.device_put(moved))
 
 
 def _expectation(value: Array, moves: _Moves) -> Array:
-    """W from V: rho social + V + sum_a q policy(a) (V(next_a) - V)."""
-    if moves.answer is None:
-        return value
-    successor, policy, social, rho = moves.answer
-    w = value + rho * social
-    for a in range(len(successor)):
-        w += policy[a] * (value.at[successor[a]].get(mode="promise_in_bounds") - value)
-    return w
+    """W from V: for each answerer, the last one first, W + rho social + sum_a q policy(a)
+    (W(next_a) - W)."""
+    for successor, policy, social, rho in reversed(moves.answers):
+        w = value + rho * social
+        for a in range(len(successor)):
+            w += policy[a] * (value.at[successor[a]].get(mode="promise_in_bounds") - value)
+        value = w
+    return value
 
 
 def _best(w: Array, moves: _Moves) -> Array:

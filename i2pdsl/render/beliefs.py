@@ -14,7 +14,14 @@ from i2pdsl.objective.subjects import Claims
 from i2pdsl.render.focus import in_words
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
-from i2pdsl.worlds.hypotheses import ATTITUDE, Minded, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    Attitude,
+    Minded,
+    attitudes_of,
+    goal_of,
+    rationality_of,
+    reading_of,
+)
 
 # For values that the palette does not name; dashes and labels tell them apart too.
 COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
@@ -30,10 +37,6 @@ class Cast(Protocol):
 
     @property
     def characters(self) -> Sequence[Minded]: ...
-
-    @property
-    def social(self) -> Minded | None:
-        """Who has an attitude to the other, if anyone."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +58,9 @@ class Beliefs:
         told += [self.wants[v].format(other=other) for v in values if v in self.wants]
         return f"{who} {' or '.join(told)}"
 
-    def attitude(self, values: Iterable[float]) -> str:
+    def attitude(self, about: Attitude, values: Iterable[float]) -> str:
         """What whoever has an attitude means to do: nobody may be seen to do it."""
-        social, found = self.cast.social, {int(np.sign(v)) for v in values}
-        assert social is not None
-        who = next(c.name for c in self.cast.characters if c.name != social.name)
+        who, found = about.toward, {int(np.sign(v)) for v in values}
         told = {
             (1,): f"means to help {who}",
             (-1,): f"means to hinder {who}",
@@ -68,7 +69,21 @@ class Beliefs:
             (-1, 0): f"does not mean to help {who}",
             (-1, 1): f"cares about {who}",
         }
-        return f"{social.name} {told.get(tuple(sorted(found)), f'may mean anything to {who}')}"
+        return f"{about.who} {told.get(tuple(sorted(found)), f'may mean anything to {who}')}"
+
+    @property
+    def attitudes(self) -> dict[str, Attitude]:
+        """The attitudes of the cast, by latent."""
+        return {each.latent: each for each in attitudes_of(self.cast.characters)}
+
+    @property
+    def _readings(self) -> dict[str, tuple[str, str]]:
+        """Who takes whom to want something, by latent."""
+        return {
+            reading_of(c.name, other): (c.name, other)
+            for c in self.cast.characters
+            for other in c.misreads
+        }
 
     def sentence(self, event: Claims, condition: Claims) -> tuple[str, str]:
         """An event's name, and what those think who believe it.
@@ -76,30 +91,38 @@ class Beliefs:
         What somebody means to another who wants something is said as what the deed looks like,
         whatever the other wants in truth.
         """
-        social, (*latents,) = self.cast.social, event
-        if social and latents == [ATTITUDE] and len(condition) == 1:
-            other = next(c.name for c in self.cast.characters if c.name != social.name)
-            signs = {int(np.sign(float(v))) for v in event[ATTITUDE]}
-            goals = [str(g) for g in condition.get(goal_of(other), ())]
+        about = self.attitudes.get(next(iter(event), "")) if len(event) == 1 else None
+        if about is not None and len(condition) == 1:
+            signs = {int(np.sign(float(v))) for v in event[about.latent]}
+            goals = [str(g) for g in condition.get(goal_of(about.toward), ())]
             if signs in ({1}, {-1}) and goals and not set(goals) & set(self.wants):
                 verb, to = ("helping", "to") if signs == {1} else ("keeping", "from")
                 place = " or ".join(goals)
-                claim = f"{social.name} acts as if {verb} {other} {to} {place}"
+                claim = f"{about.who} acts as if {verb} {about.toward} {to} {place}"
                 return f"{verb} {to} {place}", claim
         return in_words(self._name, event, condition), in_words(self._one, event, condition)
 
     def _name(self, latent: str, values: Sequence[Value]) -> str:
         """As `_one`, as short as can be."""
-        if latent == ATTITUDE:
+        about = self.attitudes.get(latent)
+        if about is not None:
             signs = {int(np.sign(float(v))) for v in values}
-            return " or ".join(name for name, sign in _SIGNS.items() if sign in signs)
+            told = " or ".join(name for name, sign in _SIGNS.items() if sign in signs)
+            return told if len(self.attitudes) == 1 else f"{about.who} {told} {about.toward}"
         who, named = latent.partition("_")[2], " or ".join(map(show_value, values))
+        if latent in self._readings:
+            reader, other = self._readings[latent]
+            return f"{reader} takes {other}: {named}"
         return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
 
     def _one(self, latent: str, values: Sequence[Value]) -> str:
         """That a latent has one of some values."""
-        if latent == ATTITUDE:
-            return self.attitude([float(v) for v in values])
+        about = self.attitudes.get(latent)
+        if about is not None:
+            return self.attitude(about, [float(v) for v in values])
+        if latent in self._readings:
+            who, other = self._readings[latent]
+            return f"{who} takes it that {self.goal(other, [str(v) for v in values])}"
         for c in self.cast.characters:
             if latent == goal_of(c.name):
                 return self.goal(c.name, [str(v) for v in values])
@@ -112,7 +135,9 @@ class Beliefs:
         return (*self._goals(script), *self._attitudes(script), *self._minds(script))
 
     def _goals(self, script: Script) -> Iterable[Panel]:
-        """For each character the probability of each of its goals."""
+        """For each character the probability of each of its goals, and of what others take it to
+        want."""
+        goals = {c.name: c.goals for c in self.cast.characters}
         for c in self.cast.characters:
             if len(c.goals) > 1:
                 latent = goal_of(c.name)
@@ -126,22 +151,32 @@ class Beliefs:
                     f"{c.name}'s goal", "probability", series, "probability", latent, question
                 )
 
+        for latent, (who, other) in self._readings.items():
+            curves = _most(goals[other], script.query(f"P({latent} | script[:t])").T)
+            series = tuple(
+                replace(s, claim=self._one(latent, [s.label])) if s.label in goals[other] else s
+                for s in _all(curves)
+            )
+            title = f"what {who} takes {other} to want"
+            yield Panel(title, "probability", series, "probability", latent, title)
+
     def _attitudes(self, script: Script) -> Iterable[Panel]:
         """The probabilities that whoever has an attitude helps, hinders or does not care."""
-        social = self.cast.social
-        if not social:
-            return
-        other = next(c.name for c in self.cast.characters if c.name != social.name)
-        numbers = script.world.vocabulary.latents[ATTITUDE].values
-        possible = {int(np.sign(float(v))) for v in numbers}
-        series = _all(
-            (name, script.query(f"P({ATTITUDE} {test} | script[:t])"))
-            for name, test in _ATTITUDES.items()
-            if _SIGNS[name] in possible
-        )
-        series = tuple(replace(s, claim=self.attitude([_SIGNS[s.label]])) for s in series)
-        title, question = f"{social.name}'s alignment", f"what {social.name} means to {other}"
-        yield Panel(title, "probability", series, "probability", ATTITUDE, question)
+        for about in self.attitudes.values():
+            numbers = script.world.vocabulary.latents[about.latent].values
+            possible = {int(np.sign(float(v))) for v in numbers}
+            series = _all(
+                (name, script.query(f"P({about.latent} {test} | script[:t])"))
+                for name, test in _ATTITUDES.items()
+                if _SIGNS[name] in possible
+            )
+            series = tuple(
+                replace(s, claim=self.attitude(about, [_SIGNS[s.label]])) for s in series
+            )
+            whom = f" toward {about.toward}" if len(self.attitudes) > 1 else ""
+            title = f"{about.who}'s alignment{whom}"
+            question = f"what {about.who} means to {about.toward}"
+            yield Panel(title, "probability", series, "probability", about.latent, question)
 
     def _minds(self, script: Script) -> Iterable[Panel]:
         """Who is rational, and what everybody who may be expects."""

@@ -17,7 +17,7 @@ from i2pdsl.objective.subjects import Claims, Subject, belief_over, claims, even
 from i2pdsl.render.files import UNSURE, percent
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
-from i2pdsl.worlds.hypotheses import ATTITUDE
+from i2pdsl.worlds.hypotheses import is_attitude
 
 Sentence = Callable[[Claims, Claims], tuple[str, str]]
 """An event, and the condition that it is taken under: its name, and what those think who believe
@@ -44,9 +44,18 @@ class Focus:
     leading: Panel | None
     told: tuple[Panel, ...]
 
-    def caption(self, t: int) -> str:
-        """What viewers think after frame t, of the first of what is told."""
-        found = [said for panel in self.told for said in _statements(panel, t)][:TOLD_MAX]
+    def caption(self, t: int, since: int | None = None) -> str:
+        """What viewers think after frame t, of the first of what is told; where that is several
+        things, only what they did not think `since`."""
+        found = self._said(t)
+        if since is not None and len(found) > 1:
+            known = {said[:3] for said in self._said(since)}
+            new = [said for said in found if said[:3] not in known]
+            who = dict.fromkeys(_those(said.audience) for said in found)
+            if not new:
+                verb = "think" if list(who) == [VIEWERS] else "all think"
+                return f"{' and '.join(who)} {verb} as before"
+            found = new
         claims = [said.claim for said in found]
         text = ""
         before = _Said("", "", "")
@@ -63,6 +72,18 @@ class Focus:
             text += f"{', ' if again else ', and ' if text else ''}{told}"
             before = said
         return text
+
+    def _said(self, t: int) -> list[_Said]:
+        """What viewers think after frame t. What somebody does not think need not be said where he
+        thinks something that excludes it."""
+        found = [said for panel in self.told for said in _statements(panel, t)]
+        believed = [said for said in found if said.verb in _CONVINCED]
+        told = [
+            said
+            for said in found
+            if said.verb not in _DOUBTING or not any(_excludes(one, said) for one in believed)
+        ]
+        return told[:TOLD_MAX]
 
     @property
     def turns(self) -> dict[int, float]:
@@ -87,7 +108,7 @@ def focus_of(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Foc
     fortunes, asked = _fortunes(script), _asked(script, panels, sentence)
     if asked is None:
         usual = [p for p in panels if p.latent]
-        told = tuple([p for p in usual if p.latent == ATTITUDE] or usual[:2])
+        told = tuple([p for p in usual if is_attitude(p.latent)] or usual[:2])
         asked = Focus(told[0] if told else None, told)
         first = fortunes
     else:
@@ -98,10 +119,19 @@ def focus_of(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Foc
 
 def in_words(one: Callable[[str, Sequence[Value]], str], event: Claims, condition: Claims) -> str:
     """An event and its condition, from what says one latent and some of its values."""
-    told = " and ".join(one(latent, values) for latent, values in event.items())
+    told = _joined([one(latent, values) for latent, values in event.items()])
     if not condition:
         return told
-    return f"{told}, if {' and '.join(one(latent, values) for latent, values in condition.items())}"
+    return f"{told}, if {_joined([one(latent, values) for latent, values in condition.items()])}"
+
+
+def _joined(claims: Sequence[str]) -> str:
+    """Claims with `and` between them; who was just spoken of is not named again."""
+    told = list(claims[:1])
+    for before, claim in pairwise(claims):
+        who, _, does = claim.partition(" ")
+        told.append(does if does and before.startswith(f"{who} ") else claim)
+    return " and ".join(told)
 
 
 def is_of_story(panel: Panel) -> bool:
@@ -147,7 +177,7 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
     subjects = [s for s in script.subjects if not isinstance(s.about, ty.ValueAt)]
     latents = list(dict.fromkeys(x for s in subjects for x in latents_of(words, s)))
     told = [p for p in panels if p.latent in latents]
-    told.sort(key=lambda p: p.latent != ATTITUDE)  # what one means to another is told first
+    told.sort(key=lambda p: not is_attitude(p.latent))  # what one means to another is told first
     events = [s for s in subjects if isinstance(s.about, tuple)]
     conditions = {s.given for s in events}
     if any(script.audience_of(s.viewers).name != VIEWERS for s in events):
@@ -155,10 +185,13 @@ def _asked(script: Script, panels: Sequence[Panel], sentence: Sentence) -> Focus
         if series:
             panel = Panel(ASKED, "probability", series)
             return Focus(panel, (panel,))
-    if len(conditions) == 1 and script.assumption not in conditions and len(told) == 1:
-        series = _series(script, _with_rest(events), lambda event, _: sentence(event, {}))
+    if len(conditions) == 1 and script.assumption not in conditions and told:
+        one = len(told) == 1
+        asked = _with_rest(events) if one else events
+        series = _series(script, asked, lambda event, _: sentence(event, {}))
         if series:  # what everybody knows all along need not be said
-            panel = Panel(ASKED, "probability", series, question=told[0].question)
+            question = told[0].question if one else ""
+            panel = Panel(ASKED, "probability", series, question=question)
             return Focus(panel, (panel,))
     if conditions - {script.assumption}:
         series = _series(script, events, sentence)
@@ -210,7 +243,11 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
             claim = ""  # viewers are asked to believe the condition, and then it goes without it
         hue, audience = HUES[len(found)], script.audience_of(subject.viewers).name
         label = f"{audience}: {label}" if named else label
-        found.append(Series(label, np.asarray(values, float), hue, claim=claim, audience=audience))
+        told = np.asarray(values, float)
+        same = len({s.given for s in subjects}) == 1  # else to exclude each other means nothing
+        both = zip(subject.about, subject.given, strict=True)
+        asked = tuple(a and g for a, g in both) if same else ()
+        found.append(Series(label, told, hue, claim=claim, audience=audience, event=asked))
     return tuple(found)
 
 
@@ -219,13 +256,20 @@ def _series(script: Script, subjects: Sequence[Subject], sentence: Sentence) -> 
 
 class _Said(NamedTuple):
     """What an audience thinks: how sure it is, and of what; where that is one claim among others,
-    the claim; and how much it is believed, in brackets."""
+    the claim, how much it is believed, in brackets, and the hypotheses of which it is true."""
 
     audience: str
     verb: str
     clause: str
     claim: str = ""
     share: str = ""
+    event: ty.Mask = ()
+
+
+def _excludes(one: _Said, other: _Said) -> bool:
+    """Whether of two claims of an audience not both can be true."""
+    both = [a and b for a, b in zip(one.event, other.event, strict=False)]
+    return one.audience == other.audience and bool(both) and not any(both)
 
 
 def _statements(panel: Panel, t: int) -> list[_Said]:
@@ -262,6 +306,7 @@ _OF_ONE = {
     "do not think": "does not think",
     "rather doubt": "rather doubts",
 }
+_CONVINCED, _DOUBTING = ("are sure", "think", "rather think"), ("do not think", "rather doubt")
 _AGAIN = {
     "are sure": " of it",
     "think": " so",
@@ -281,9 +326,9 @@ def _degree(series: Series, p: float) -> _Said:
     """How much viewers believe something for itself."""
     claim, share = series.claim, f" ({percent(p)})"
     if abs(p - 0.5) < UNSURE:
-        return _Said(series.audience, "cannot tell", f"whether {claim}", claim)
+        return _Said(series.audience, "cannot tell", f"whether {claim}", claim, "", series.event)
     verb = _verb(p) if p > 0.5 else "do not think" if p < 1 - LIKELY else "rather doubt"
-    return _Said(series.audience, verb, f"that {claim}", claim, share)
+    return _Said(series.audience, verb, f"that {claim}", claim, share, series.event)
 
 
 def _fortune(series: Series, t: int) -> _Said:

@@ -68,7 +68,8 @@ class Series:
     """One curve: `values` [T + 1], NaN where there is no value; `color` as #rrggbb.
 
     `steps`: it is 1 or 0 in each frame, and nothing in between. `claim`: what those think who
-    believe it, as a sentence; `audience`: who they are.
+    believe it, as a sentence; `audience`: who they are; `event`: the hypotheses of which it is
+    true, where it is one of several that are asked under one condition.
     """
 
     label: str
@@ -77,6 +78,7 @@ class Series:
     steps: bool = False
     claim: str = ""
     audience: str = VIEWERS
+    event: tuple[bool, ...] = ()
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float64)

@@ -103,7 +103,7 @@ def beam_search(
     """
     more = more or More(len(starts), 0, starts[:0])
     check_size(world, objective, length, len(starts), width, events, say, more.budget)
-    ready = prepare_beam(world, objective, length, more.asked, width, events, say)
+    ready = prepare_beam(world, objective, length, more.asked, width, more.budget, events, say)
     every = np.concatenate([starts, more.fresh]).astype(np.int32)
     best = np.full(len(every), -np.inf, np.float32)
     found = np.zeros((len(every), length), np.int32)
@@ -182,10 +182,12 @@ def prepare_beam(
     length: int,
     count: int,
     width: int,
+    budget: int,
     events: tuple[int, ...],
     say: Callable[[str], None] | None = None,
 ) -> Beam:
-    """Compiles a beam search from `count` starts, or finds it in the cache."""
+    """Compiles a beam search from `count` starts, and of `budget` scripts more, or finds it in the
+    cache."""
     wanted = padded_size(count * width, 64)
     places = max(width, min(wanted, PLACES, block_size(world, objective, length, events)))
     tables = world.search_tables
@@ -198,7 +200,8 @@ def prepare_beam(
     rule = Rule(np.int32(1), np.int32(1), np.bool_(False))
     given = _stacked([np.zeros(places)] * devices, [rule] * devices)
     arguments = (tables, params, *given)
-    brief = expected_seconds(world, objective, length, count * width, events) < BRIEF_SECONDS
+    scripts = max(places, count * width + budget)
+    brief = expected_seconds(world, objective, length, scripts, events) < BRIEF_SECONDS
     program = compiled_program(key, search, arguments, (0, 0), say, brief, apart=(2, 3))
     tables, params = on_devices((tables, params), devices)
     return Beam(program, tables, params, places, devices, time.perf_counter() - began)
@@ -277,8 +280,10 @@ def expected_seconds(
     world: World, objective: Objective, length: int, scripts: int, events: tuple[int, ...]
 ) -> float:
     """How long it takes to search so many scripts side by side, roughly."""
-    looks = 1 + len(objective.suffix_turns) + (length if objective.keeps_history else 0)
-    child = branching(world, events) * world.tables.log_prior.size * looks * CHILD_SECONDS
+    children = branching(world, events)
+    looks = 1 + len(objective.suffix_turns) + (children if objective.looks_around else 0)
+    looks *= 1 + length if objective.keeps_history else 1
+    child = children * world.tables.log_prior.size * looks * CHILD_SECONDS
     return scripts * length * child / min(WORKERS, processors())
 
 

@@ -50,7 +50,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
     flat = (turns.state.shape[-1], *observers)
     whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
-    belief = node.belief.map(lambda part: part[None, None])
+    belief = node.belief.map(lambda part: part[(None,) * (len(full) - 2)])
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
     changes = world.switching(tables)
@@ -58,7 +58,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         expecting.append(belief.map(whole))
         rows.append(whole(row))
         belief = belief.after(row, world.forgetting(tables), changes[who])
-        best = row.max(axis=who - 4, keepdims=True)  # all actions are among the branches
+        best = row.max(axis=who - len(full), keepdims=True)  # all actions are among the branches
         regret += belief.regret(world, best - row)
     count = flat[0]
     previous, after = expecting[0], belief.map(whole)

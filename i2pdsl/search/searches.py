@@ -9,7 +9,6 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language import typed as ty
-from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.story import SearchPlan, TypedStory, default_assumption
 from i2pdsl.search.task import Found, Search, Task, draw_more, draw_starts
 from i2pdsl.worlds.kinds import kind_of
@@ -39,8 +38,9 @@ class Beam(Search):
         with task.searching():
             from i2pdsl.search.beam import prepare_beam
 
-            given = (task.world, task.objective, length, plan.starts, plan.width, task.events)
-            return prepare_beam(*given, task.watch.say).program
+            budget = more_places(task)
+            given = (task.world, task.objective, length, plan.starts, plan.width, budget)
+            return prepare_beam(*given, task.events, task.watch.say).program
 
     def solve(self, task: Task, seed: int, count: int) -> Found:
         plan, length, watch = task.story.search, task.story.length, task.watch
@@ -76,12 +76,7 @@ def more_places(task: Task) -> int:
     """
     plan = task.story.search
     once, longer = plan.starts * plan.width, 1.0
-    costly = any(
-        isinstance(node, ty.Belief) and BY_NAME[node.form].looks_ahead
-        for _, expression in task.story.objective
-        for node in ty.walk(expression)
-    )
-    if not costly:
+    if not task.objective.looks_around:
         shorter = min(MOST_LONGER, USUAL_LENGTH / task.story.length)
         longer = max(longer, shorter * min(1.0, USUAL_PLACES / once))
     return int(once * (task.effort * (1 + plan.polish * longer) - 1))

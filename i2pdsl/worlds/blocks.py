@@ -131,11 +131,12 @@ def tables(file: str) -> Tables:
 
 @dataclass(frozen=True)
 class Value:
-    """A value as written: a number, a name or text (str), a pair, or a tuple of values."""
+    """A value as written: a number, a name or text (str), a pair, a tuple of values, or one of
+    pairs of them."""
 
     span: Span
     value: Any
-    kind: str  # number | name | text | pair | list
+    kind: str  # number | name | text | pair | list | mapping
 
 
 @dataclass(frozen=True)
@@ -420,6 +421,10 @@ class BlockReader:
                 return Value(span, same_name(str(parts[0])[1:-1]), "text")
             case "pair":
                 return Value(span, (self.value(parts[1]), self.value(parts[3])), "pair")
+            case "mapping":
+                shares = [part.children for part in parts if isinstance(part, Tree)]
+                pairs = [(self.value(key), self.value(item)) for key, _, item in shares]
+                return Value(span, pairs, "mapping")
             case _:
                 items = [self.value(p) for p in parts if isinstance(p, Tree)]
                 return Value(span, items, "list")
@@ -482,7 +487,8 @@ class BlockReader:
         possible = set(allowed)
         for item in items:
             if item.kind not in ("name", "text"):
-                self.problem("world-value", f"`{key}` must name a {what}", item.span)
+                named = f"a {what}".replace("a o", "an o").replace("an other", "another")
+                self.problem("world-value", f"`{key}` must name {named}", item.span)
             elif item.value not in possible:
                 if not self.may_be_lost(item.value, what):
                     few = len(self.problems) <= MOST_SHOWN

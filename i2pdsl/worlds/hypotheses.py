@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Protocol
 
@@ -11,7 +13,7 @@ from i2pdsl.language.vocabulary import Latent
 Hypothesis = dict[str, float | str | bool]
 """One possible truth: latent -> value. A latent that plays no part is missing."""
 
-ATTITUDE = "rho"
+ATTITUDE = "rho"  # where only one has an attitude, to one other; else `rho_WHO_TOWARD`
 
 
 def goal_of(name: str) -> str:
@@ -24,8 +26,18 @@ def rationality_of(name: str) -> str:
     return f"R_{name}"
 
 
+def attitude_of(name: str, toward: str) -> str:
+    """The latent that holds how much one cares about another, where there are several such."""
+    return f"{ATTITUDE}_{name}_{toward}"
+
+
+def is_attitude(latent: str) -> bool:
+    """Whether a latent holds how much somebody cares about another."""
+    return latent == ATTITUDE or latent.startswith(f"{ATTITUDE}_")
+
+
 class Minded(Protocol):
-    """A character that may want something, and care about another."""
+    """A character that may want something, and care about others."""
 
     @property
     def name(self) -> str: ...
@@ -34,22 +46,59 @@ class Minded(Protocol):
     def goals(self) -> tuple[str, ...]: ...
 
     @property
-    def attitude(self) -> tuple[float, ...]: ...
+    def attitudes(self) -> tuple[tuple[str, tuple[float, ...]], ...]:
+        """Whom it has an attitude to, and how large that may be."""
 
     @property
-    def toward(self) -> str | None: ...
+    def misreads(self) -> tuple[str, ...]:
+        """Of whom it may be wrong about what they want."""
+
+
+def reading_of(name: str, other: str) -> str:
+    """The latent that holds what a character takes another to want."""
+    return f"B_{name}_{other}"
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """That a character may care about another: helping above 0, hindering below.
+
+    Attributes:
+        latent: what holds how much.
+        who, toward: the names of the two.
+        values: how much it can be where both are rational.
+    """
+
+    latent: str
+    who: str
+    toward: str
+    values: tuple[float, ...]
+
+
+def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
+    """All attitudes of a cast."""
+    pairs = [(c.name, toward, values) for c in characters for toward, values in c.attitudes]
+    names = [attitude_of(who, toward) for who, toward, _ in pairs]
+    latents = names if len(pairs) > 1 else [ATTITUDE]
+    return tuple(Attitude(name, *pair) for name, pair in zip(latents, pairs, strict=False))
 
 
 def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
-    """What is hidden about characters: an attitude if one has any, goals, and who is rational."""
+    """What is hidden about characters: attitudes if any has some, goals, and who is rational."""
     found: dict[str, Latent] = {}
-    for social in (c for c in characters if c.toward):
-        about = f"{social.name}'s attitude toward {social.toward}: helping above 0, hindering below"
+    for each in attitudes_of(characters):
+        about = f"{each.who}'s attitude toward {each.toward}: helping above 0, hindering below"
         # Beside an irrational partner the attitude is 0, whatever values it can have otherwise.
-        values = social.attitude if 0 in social.attitude else (*social.attitude, 0.0)
-        found[ATTITUDE] = Latent(ATTITUDE, "number", values, about)
+        forced = () if 0 in each.values else (0.0,)
+        values = (*each.values, *forced)
+        found[each.latent] = Latent(each.latent, "number", values, about, forced)
+    goals = {c.name: c.goals for c in characters}
     for c in characters:
         found[goal_of(c.name)] = Latent(goal_of(c.name), "symbol", c.goals, f"{c.name}'s goal")
+    for c in characters:
+        for other in c.misreads:
+            latent, about = reading_of(c.name, other), f"what {c.name} takes {other} to want"
+            found[latent] = Latent(latent, "symbol", goals[other], about)
     for c in characters:
         about = f"whether {c.name} acts rationally, or at random"
         rational = rationality_of(c.name)
@@ -57,36 +106,64 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
     return found
 
 
-def of_one(one: Minded) -> tuple[Hypothesis, ...]:
-    """The hypotheses about a character alone: its goals, or that it acts at random."""
-    goal, rational = goal_of(one.name), rationality_of(one.name)
-    rows: list[Hypothesis] = [{goal: g, rational: True} for g in one.goals]
-    return (*rows, {rational: False})
-
-
-def of_two(
-    first: Minded, second: Minded, is_nothing: Callable[[str, float], bool]
+def hypotheses_of(
+    characters: Sequence[Minded], is_nothing: Callable[[str], bool] = lambda goal: False
 ) -> tuple[Hypothesis, ...]:
-    """The hypotheses about two characters, each distinguishable one once, in a fixed order.
-
-    Goals x goals x attitudes of the second where both are rational; beside one that acts at
-    random nobody has an attitude.
+    """The hypotheses about a cast, each distinguishable one once, in a fixed order: who is
+    rational, and of those all goals and attitudes, and what they take others to want of whom they
+    may be wrong. To one that acts at random everybody's attitude is 0.
 
     Args:
-        is_nothing: whether the second's goal and attitude are left out.
+        characters: those who are modelled before those who model them.
+        is_nothing: whether one with such a goal is left out where it could care about somebody
+            and does not.
     """
-    g1, r1 = goal_of(first.name), rationality_of(first.name)
-    g2, r2 = goal_of(second.name), rationality_of(second.name)
     rows: list[Hypothesis] = []
-    for goal1, goal2, rho in product(first.goals, second.goals, second.attitude or (None,)):
-        if rho is not None and is_nothing(goal2, rho):
-            continue
-        row: Hypothesis = {g1: goal1, g2: goal2, r1: True, r2: True}
-        if rho is not None:
-            row[ATTITUDE] = rho
-        rows.append(row)
-    indifferent: Hypothesis = {ATTITUDE: 0.0} if second.attitude else {}
-    rows += [{g2: g, **indifferent, r1: False, r2: True} for g in second.goals]
-    rows += [{g1: g, r1: True, r2: False} for g in first.goals]
-    rows.append({r1: False, r2: False})
+    for reverse in product((True, False), repeat=len(characters)):
+        rational = {c.name: r for c, r in zip(characters, reversed(reverse), strict=True)}
+        free, fixed, held = _attitudes_where(characters, rational)
+        minded = [c for c in characters if rational[c.name]]
+        wanted, latents = [goal_of(c.name) for c in minded], [each.latent for each in free]
+        options: list[Sequence[str | float]]
+        options = [*(c.goals for c in minded), *(each.values for each in free)]
+        for c in minded:
+            for other in (o for o in minded if o.name in c.misreads):
+                latents.append(reading_of(c.name, other.name))
+                options.append(other.goals)
+        who = {rationality_of(name): r for name, r in rational.items()}
+        for chosen in product(*options):
+            row: Hypothesis = {}
+            row.update(zip(wanted, chosen, strict=False))
+            row.update(who)
+            row.update(zip(latents, chosen[len(wanted) :], strict=True))
+            row.update(fixed)
+            if not any(
+                is_nothing(str(row[goal_of(name)])) and not any(row[latent] for latent in cares)
+                for name, cares in held.items()
+            ):
+                rows.append(row)
     return tuple(rows)
+
+
+def _attitudes_where(
+    characters: Sequence[Minded], rational: dict[str, bool]
+) -> tuple[list[Attitude], dict[str, float], dict[str, list[str]]]:
+    """The attitudes that can have any value, those that are 0, and the latents of the first of
+    each who has such."""
+    mine = [each for each in attitudes_of(characters) if rational[each.who]]
+    free = [each for each in mine if rational[each.toward]]
+    held: dict[str, list[str]] = {}
+    for each in free:
+        held.setdefault(each.who, []).append(each.latent)
+    return free, {each.latent: 0.0 for each in mine if each not in free}, held
+
+
+def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
+    """No more than so many hypotheses there are, without listing them; `literal`: each irrational
+    one once for each of its goals and attitudes."""
+    more = 0 if literal else 1
+    cares = math.prod(more + len(each.values) for each in attitudes_of(characters))
+    goals = {c.name: more + len(c.goals) for c in characters}
+    reads = math.prod(goals[other] for c in characters for other in c.misreads)
+    wants = math.prod(goals.values()) * (2 ** len(characters) if literal else 1)
+    return cares * reads * wants

@@ -100,7 +100,7 @@ def _ways(
         some = np.flatnonzero(possible)
         ends, codes = np.append(ends, fallen[some]), np.append(codes, world.turn_count + some)
     kinds, which = np.unique(ends, return_inverse=True)
-    leads = np.array([kind.start_as_json(world, end) == picture for end in kinds])
+    leads = np.array([_on_map(kind.start_as_json(world, end)) == picture for end in kinds])
     found: list[dict[str, Any]] = []
     for code in codes[leads[which]]:
         path = Trajectory(np.array([code]), np.array([before, kinds[leads][0]]))
@@ -108,6 +108,11 @@ def _ways(
         if frame not in found:  # a blocked move that also fails
             found.append(frame)
     return found, kinds[leads][0] if found else None
+
+
+def _on_map(state: Mapping[str, Any]) -> dict[str, Any]:
+    """A state as a table of positions has it: what is carried has none."""
+    return {name: None if isinstance(place, str) else place for name, place in state.items()}
 
 
 def _action(way: Mapping[str, Any], who: str) -> str | None:
@@ -141,7 +146,7 @@ def _impossible(
         if now[one] == now[other]:
             table.wrong(number, f"`{one}` and `{other}` stand on one cell, {now[one]}", other)
     ends = np.unique(world.endings(world.tables, before))
-    reached = [kind.start_as_json(world, end) for end in ends]
+    reached = [_on_map(kind.start_as_json(world, end)) for end in ends]
     for name, place in now.items():
         if place == then[name] or any(end[name] == place for end in reached):
             continue

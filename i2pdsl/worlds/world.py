@@ -33,13 +33,14 @@ class Viewer:
 
 
 class Branches(NamedTuple):
-    """All joint turns from a state, K = n_1 * n_2 of them.
+    """All joint turns from a state, K = n_1 * n_2 * ... of them, of so many outcomes for each
+    character.
 
     Attributes:
         state [..., K]: the state after each turn.
         valid [..., K]: false for a second copy (a blocked move that also "fails").
         log_rows: for each observed action, log P(action | H), broadcastable to
-            [..., n_1, n_2, O, H].
+            [..., n_1, n_2, ..., O, H].
         chance [..., K]: probability of the outcomes given the actions.
     """
 

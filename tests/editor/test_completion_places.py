@@ -10,7 +10,7 @@ from i2pdsl.editor.complete import Completion, Surroundings, complete, surroundi
 from i2pdsl.errors import Source
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.language.scope import Module
-from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.find import builtin_worlds, find_vocabulary
 
 ROOT = Path(__file__).parents[2]
 KITCHEN = """world kitchen
@@ -40,6 +40,21 @@ def words(found: list[Completion]) -> set[str]:
         for c in found
         if c.kind not in SIGNS and (c.kind != "pattern" or c.text == "show")
     }
+
+
+THREE = "world court\nlength 5\n"
+OF_THREE = {
+    "maximize P(rho_¦": "rho_knight_princess rho_ghost_princess rho_ghost_knight",
+    "maximize P(rho_ghost_knight = ¦": "-2 2 0",
+    "pin script[2] = [princess: west, ¦": "knight ghost",
+    "let x = script ++ [princess: stay, knight: west, ¦": "ghost",
+    "maximize P(rho_ghost_knight > 0 | script[:t, ¦": "princess knight ghost",
+}
+
+
+@pytest.mark.parametrize("marked", OF_THREE)
+def test_the_words_of_a_world_with_three(marked: str) -> None:
+    assert words(offered(marked, THREE)) == set(OF_THREE[marked].split())
 
 
 SEEN = "at absent adjacent touching sees distance"
@@ -133,7 +148,7 @@ EXACT = {
     "maximize P(rho > 0 | script[:¦": "n T last",
     "maximize [moved(robot) @ script[¦": "n T last",
     # Statements and their settings.
-    "world ¦": "desk fork hill house kitchen maze meadow pasture porters",
+    "world ¦": " ".join(builtin_worlds()),
     "audience ¦": "bayesian average",
     "audience bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness switching",

@@ -159,6 +159,16 @@ def test_definitions() -> None:
         assert where(word) is None
 
 
+def test_an_attitude_is_defined_by_whose_it_is() -> None:
+    text = "world court\nmaximize depict(rho_ghost_knight > 0)\n"
+    around, at = surroundings(Source("", text), ROOT, find_vocabulary), text.index("rho")
+    span, found = definition(text, at, around), hover(text, at, around)
+    assert span is not None
+    assert found is not None
+    assert span.source.text[: span.end].endswith("character ghost")
+    assert found.documentation.startswith("ghost's attitude toward knight")
+
+
 def test_imports_lead_to_their_file(tmp_path: Path) -> None:
     (tmp_path / "mine.story").write_text("let y = 3\n", encoding="utf-8")
     for text in ("import mine\n", 'import "mine.story"\n', "import depict\n"):

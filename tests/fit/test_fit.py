@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import i2pdsl
-from commands_for_tests import Outcome, process
+from commands_for_tests import Outcome, Run, process
 from i2pdsl.computing import computing
 from i2pdsl.language.people import read_people
 from worlds_for_tests import with_small_world
@@ -119,12 +119,6 @@ def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Pat
     assert first["rmse"] < second["rmse"]
 
 
-def run(folder: Path, *rows: str, options: tuple[str, ...] = ()) -> Outcome:
-    text = "participant,script,frame,question,answer\n" + "\n".join(rows) + "\n"
-    (folder / "wrong.csv").write_text(text)
-    return process("fit", folder / "wrong.csv", *options)
-
-
 @pytest.mark.parametrize(
     ("row", "place", "said"),
     [
@@ -169,9 +163,11 @@ def test_questions_that_cannot_be_asked(folder: Path, row: str, place: str, said
     ],
 )
 def test_options_that_mean_nothing(
-    folder: Path, options: tuple[str, ...], status: int, said: str
+    i2p: Run, folder: Path, options: tuple[str, ...], status: int, said: str
 ) -> None:
-    done = run(folder, f"a,0.json,1,{QUESTION},1", options=options)
+    text = f"participant,script,frame,question,answer\na,0.json,1,{QUESTION},1\n"
+    (folder / "wrong.csv").write_text(text)
+    done = i2p("fit", folder / "wrong.csv", *options)
     assert (done.status, done.out) == (status, "")
     assert said in done.err
 

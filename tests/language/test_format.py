@@ -154,3 +154,10 @@ def test_worlds() -> None:
     )
     with pytest.raises(StoryError):
         format_world(Source("w", "map\n    ...\ncharacter a\n    success 1\n"))
+
+
+def test_attitudes_toward_several() -> None:
+    neat_one = "character bear\n    toward = {a: {-1, 1}, b: 2}  # two\n"
+    for messy in ("toward={a:{-1,1},b:2} # two", "toward = { a : {- 1 ,1} , b :2 }# two"):
+        assert format_world(Source("w", f"character bear\n  {messy}\n")) == neat_one
+    assert format_world(Source("w", neat_one)) == neat_one

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,16 +23,17 @@ def test_every_form_has_a_meaning_and_no_other() -> None:
     assert len(BY_NAME) == len(BELIEFS)
 
 
+@cache
+def texts(path: Path) -> set[str]:
+    """The strings that a source holds."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return {n.value for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+
+
 @pytest.mark.parametrize("form", [f for f in BELIEFS if len(f.name) > 1], ids=lambda f: f.name)
 def test_nothing_else_names_a_form(form: Form) -> None:
     """`P`, `E` and `V` are looked for by name in some places; the words are not."""
-    found = set()
-    for path in SOURCES:
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        constants = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant))
-        if any(value == form.name for value in constants):
-            found.add(path.name)
-    assert found == PLACES
+    assert {path.name for path in SOURCES if form.name in texts(path)} == PLACES
 
 
 def test_the_grammar_has_the_words_of_the_table() -> None:

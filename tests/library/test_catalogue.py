@@ -203,7 +203,17 @@ def test_pictures_are_named_in_the_list(place: Path, i2p: Run) -> None:
     assert done.err == ""
     found = {p["name"]: p for p in json.loads(i2p("patterns", library, "--json").out)}
     assert found["side"]["pictures"] == {"fork": str(place / "book/pictures/side-fork.png")}
-    assert found["grid_only"]["worlds"] == ["fork", "kitchen", "maze", "porters"]
+    assert found["grid_only"]["worlds"] == [
+        "cellar",
+        "court",
+        "estate",
+        "farm",
+        "fork",
+        "kitchen",
+        "maze",
+        "park",
+        "porters",
+    ]
     library.unlink()
     assert "i2p patterns --page FOLDER" in i2p("patterns", place / "sides.i2plib").err
 

@@ -15,7 +15,7 @@ from i2pdsl.library import fits
 from i2pdsl.library.description import PatternLibrary
 from i2pdsl.library.fits import LENGTH, candidates, example_call, fit
 from i2pdsl.library.pack import pack
-from i2pdsl.worlds.find import find_vocabulary
+from i2pdsl.worlds.find import builtin_worlds, find_vocabulary
 
 
 def world(name: str) -> Vocabulary:
@@ -30,9 +30,10 @@ def packed(tmp_path: Path, text: str) -> PatternLibrary:
     return pack(tmp_path, [path], "one").library
 
 
-ALL = "desk fork hill house kitchen maze meadow pasture porters"
-MOVING = "desk fork house kitchen maze meadow pasture porters"
-SOCIAL = "house kitchen maze pasture porters"
+GRID = "cellar court estate farm fork kitchen maze park porters"
+ALL = " ".join(builtin_worlds())
+MOVING = " ".join(name for name in builtin_worlds() if name != "hill")
+SOCIAL = "cellar estate farm house kitchen maze pasture porters"
 
 
 @pytest.mark.parametrize(
@@ -40,13 +41,13 @@ SOCIAL = "house kitchen maze pasture porters"
     [
         ("pattern p(e) = depict(e)", ALL),
         ("pattern p(who) = arc(who)", ALL),
-        ("pattern p(x) = sum_t suspense(x | script[:t])", "fork kitchen maze porters"),
+        ("pattern p(x) = sum_t suspense(x | script[:t])", GRID),
         ("pattern p(level) = sum_t P(rho > level | script[:t])", SOCIAL),
         ("pattern p = depict(weight = 0.5)", "hill"),
         ("pattern p(who) = sum_t [fallen(who) @ script[t]]", "hill"),
         ("pattern p(who) = sum_t [moved(who) @ script[t]]", MOVING),
         ("pattern p = depict(G_cheese = purple)", ""),
-        ("pattern p(rho) = depict(rho)", "desk fork hill meadow"),
+        ("pattern p(rho) = depict(rho)", "court desk fork hill meadow park"),
         ("pattern p(x, v) = sum_t P(x = v | script[:t])", ALL),
         ("pattern p = rho > 0", SOCIAL),
         # A pattern cannot stand for the first frames of a script behind a bar.

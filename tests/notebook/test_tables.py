@@ -163,6 +163,7 @@ def test_frames_of_the_hill(hill: Script) -> None:
     assert table.columns.tolist() == [
         "hopper_fallen",
         "hopper_taut",
+        "box_climbed",
         "box_progress",
         "hopper_effort",
     ]

@@ -13,13 +13,12 @@ from i2pdsl.planning.problem import (
     boltzmann,
     expected_reward,
     q_values,
-    residual_at,
 )
 from i2pdsl.planning.value_iteration import NotConverged, padded_states, solve
 
 
 def random_problem(
-    seed: int, gamma: float = 0.9, answered: bool = True, states: int = 40, problems: int = 5
+    seed: int, gamma: float = 0.9, answers: int = 1, states: int = 40, problems: int = 5
 ) -> Problem:
     """Random moves, rewards and answers; some actions are blocked, as on a map."""
     rng = np.random.default_rng(seed)
@@ -31,31 +30,30 @@ def random_problem(
         table[4] = np.arange(states)
         return table.astype(np.int32)
 
-    answer = None
-    if answered:
+    found = []
+    for _ in range(answers):
         policy = rng.dirichlet(np.ones(5), (3, states)).transpose(0, 2, 1)
         choice = rng.integers(0, 3, problems)
-        social = rng.normal(size=(states, 3))
-        answer = Response(successors(), 0.6, policy, choice, social, rng.normal(size=problems) * 3)
+        social, rho = rng.normal(size=(states, 3)), rng.normal(size=problems) * 3
+        found.append(Response(successors(), 0.6, policy, choice, social, rho))
     cost = np.array([-1.0, -1.0, -1.0, -1.0, -0.1])
     goal = rng.integers(0, 2, problems)
-    return Problem(successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, answer)
+    return Problem(successors(), 0.7, rng.random((states, 2)), cost, goal, gamma, tuple(found))
 
 
 def continuation_of(problem: Problem, values: list[float], p: int) -> list[float]:
     """W(s) of one problem, by loops."""
-    answer = problem.answer
-    if answer is None:
-        return values
-    k, q = answer.choice[p], answer.success
-    found = []
-    for s in range(len(values)):
-        total = answer.rho[p] * answer.social[s, k] if answer.social is not None else 0.0
-        for a in range(5):
-            after = q * values[answer.successor[a, s]] + (1 - q) * values[s]
-            total += answer.policy[k, a, s if answer.policy.shape[2] > 1 else 0] * after
-        found.append(total)
-    return found
+    for answer in reversed(problem.answers):
+        k, q = answer.choice[p], answer.success
+        found = []
+        for s in range(len(values)):
+            total = answer.rho[p] * answer.social[s, k] if answer.social is not None else 0.0
+            for a in range(5):
+                after = q * values[answer.successor[a, s]] + (1 - q) * values[s]
+                total += answer.policy[k, a, s if answer.policy.shape[2] > 1 else 0] * after
+            found.append(total)
+        values = found
+    return values
 
 
 def backup(problem: Problem, w: list[float], p: int) -> list[float]:
@@ -82,10 +80,10 @@ def by_loops(problem: Problem, p: int) -> list[float]:
     return continuation_of(problem, values, p)
 
 
-@pytest.mark.parametrize("answered", [True, False])
+@pytest.mark.parametrize("answers", [0, 1, 3])
 @pytest.mark.parametrize("gamma", [0.0, 0.5, 0.9])
-def test_agrees_with_loops(gamma: float, answered: bool) -> None:
-    problem = random_problem(1, gamma, answered, states=25, problems=3)
+def test_agrees_with_loops(gamma: float, answers: int) -> None:
+    problem = random_problem(1, gamma, answers, states=25, problems=3)
     found = solve(problem, tolerance=1e-9)
     for p in range(3):
         np.testing.assert_allclose(found.continuation[:, p], by_loops(problem, p), atol=1e-6)
@@ -104,31 +102,17 @@ def test_the_residual_is_true_and_within_the_tolerance(gamma: float, tolerance: 
     assert found.residual <= tolerance
     assert found.residual / 3 - 1e-12 <= worst <= found.residual + 1e-12
     assert found.bound == found.residual / (1 - gamma)
-    assert residual_at(problem, found.continuation, np.arange(60)) <= tolerance
 
 
 def test_problems_do_not_depend_on_their_neighbours() -> None:
     problem = random_problem(3, states=50, problems=20)
     together = solve(problem, tolerance=1e-9).continuation
-    assert problem.answer is not None
     for p in (0, 7, 19):
-        answer = Response(
-            problem.answer.successor,
-            problem.answer.success,
-            problem.answer.policy,
-            problem.answer.choice[[p]],
-            problem.answer.social,
-            problem.answer.rho[[p]],
+        answers = tuple(
+            replace(answer, choice=answer.choice[[p]], rho=answer.rho[[p]])
+            for answer in problem.answers
         )
-        alone = Problem(
-            problem.successor,
-            problem.success,
-            problem.reward,
-            problem.cost,
-            problem.goal[[p]],
-            problem.gamma,
-            answer,
-        )
+        alone = replace(problem, goal=problem.goal[[p]], answers=answers)
         found = solve(alone, tolerance=1e-9).continuation[:, 0]
         np.testing.assert_allclose(found, together[:, p], atol=1e-7)
 
@@ -149,22 +133,12 @@ def test_parts_that_never_meet_drift_at_their_own_rates() -> None:
 
 def test_a_policy_that_ignores_the_state_can_be_given_once() -> None:
     problem = random_problem(4, states=30, problems=3)
-    assert problem.answer is not None
     constant = np.full((3, 5, 1), 0.2)
     full = np.broadcast_to(constant, (3, 5, 30)).copy()
     found = []
     for policy in (constant, full):
-        a = problem.answer
-        answer = Response(a.successor, a.success, policy, a.choice, a.social, a.rho)
-        changed = Problem(
-            problem.successor,
-            problem.success,
-            problem.reward,
-            problem.cost,
-            problem.goal,
-            problem.gamma,
-            answer,
-        )
+        answers = tuple(replace(answer, policy=policy) for answer in problem.answers)
+        changed = replace(problem, answers=answers)
         found.append(solve(changed, tolerance=1e-9).continuation)
     np.testing.assert_allclose(found[0], found[1], atol=1e-8)
 
@@ -213,12 +187,13 @@ def residual_by_arrays(problem: Problem, continuation: np.ndarray) -> float:
     """max |TV - V| for the V that the continuations imply, where loops would take too long."""
     columns = range(len(problem.goal))
     v = np.stack([q_values(problem, continuation, p).max(0) for p in columns], 1)
-    w, o = v, problem.answer
-    if o is not None:
+    w = v
+    for o in reversed(problem.answers):
         assert o.social is not None
-        w = o.rho * o.social[:, o.choice]
+        before, w = w, o.rho * o.social[:, o.choice]
         for a, after in enumerate(o.successor):
-            w = w + o.policy[o.choice, a].T * (o.success * v[after] + (1 - o.success) * v)
+            moved = o.success * before[after] + (1 - o.success) * before
+            w = w + o.policy[o.choice, a].T * moved
     again = np.stack([q_values(problem, w, p).max(0) for p in columns], 1)
     return float(np.abs(again - v).max())
 
@@ -236,13 +211,15 @@ def test_single_precision_first_ends_in_double(tolerance: float) -> None:
         cost=np.array([-1.0, -1.0, -0.1]),
         goal=np.arange(problems),
         gamma=0.95,
-        answer=Response(
-            successor=rng.integers(0, states, (2, states)),
-            success=0.5,
-            policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),
-            choice=np.arange(problems) % 2,
-            social=rng.normal(size=(states, 2)),
-            rho=np.linspace(-3, 3, problems),
+        answers=(
+            Response(
+                successor=rng.integers(0, states, (2, states)),
+                success=0.5,
+                policy=rng.dirichlet(np.ones(2), (2, states)).transpose(0, 2, 1),
+                choice=np.arange(problems) % 2,
+                social=rng.normal(size=(states, 2)),
+                rho=np.linspace(-3, 3, problems),
+            ),
         ),
     )
     found = solve(problem, tolerance=tolerance)
@@ -266,7 +243,7 @@ def test_rings_of_known_value(gamma: float) -> None:
 
 
 def test_no_action_needs_to_stay() -> None:
-    problem = random_problem(8, answered=False)
+    problem = random_problem(8, answers=0)
     problem = replace(problem, successor=problem.successor[:4], cost=problem.cost[:4])
     found = solve(problem, tolerance=1e-9)
     assert residual_by_arrays(problem, found.continuation) <= 1.01e-9

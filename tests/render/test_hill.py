@@ -235,7 +235,7 @@ def test_a_gif_keeps_the_worlds_time(tmp_path):
 
 def test_all_pictures_of_one(tmp_path):
     seen = []
-    pictures = HillPictures([performance(windows=(Window(10, 20, "w"),))], "A\ttitle")
+    pictures = HillPictures([performance(frames=12, windows=(Window(3, 6, "w"),))], "A\ttitle")
     files = pictures.save(
         tmp_path, ("png", "svg", "html", "gif", "mp4"), lambda *told: seen.append(told)
     )
@@ -245,13 +245,13 @@ def test_all_pictures_of_one(tmp_path):
     ]  # fmt: skip
     assert all(path.stat().st_size > 1000 for path in files.values())
     assert {told[0] for told in seen} == {"film.gif", "film.mp4"}
-    assert [told for told in seen if told[0] == "film.gif"][-1] == ("film.gif", 42, 42)
+    assert [told for told in seen if told[0] == "film.gif"][-1] == ("film.gif", 28, 28)
     assert pictures.title == "A title"
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in files.values())
 
 
 def test_all_pictures_of_several(tmp_path):
-    pictures = HillPictures([performance("a"), performance("b", 20)])
+    pictures = HillPictures([performance("a", 12), performance("b", 6)])
     files = pictures.save(tmp_path, ("png", "html", "gif"))
     assert [path.name for path in files.values()] == [
         "together.png", "mind.png", "together.html", "together.gif",

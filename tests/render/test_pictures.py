@@ -182,7 +182,7 @@ def test_irony_is_told_by_what_the_deed_looks_like() -> None:
         ("helping to pink", "P(rho > 0 | script[:t], G_cheese = pink)"),
     ):
         np.testing.assert_allclose(meters[label], ask(question))
-    for line in pictures.captions(list(range(7))):
+    for line in (pictures.captions([t])[0] for t in range(7)):
         assert "cheese wants green" in line
         assert "robot acts as if helping cheese to pink" in line
         assert "keeping" not in line

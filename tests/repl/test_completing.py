@@ -11,11 +11,12 @@ from i2pdsl.language.scope import standard_library
 from i2pdsl.repl.completing import complete_line
 from i2pdsl.repl.session import Session
 from i2pdsl.repl.words import COMMAND_WORDS
+from i2pdsl.worlds.find import builtin_worlds
 from worlds_for_tests import STORIES
 
 LATENTS = {"rho", "G_cheese", "G_robot", "R_cheese", "R_robot"}
 EVENTS = LATENTS | {"friend", "not", "("}
-BUILTIN = {"desk", "fork", "hill", "house", "kitchen", "maze", "meadow", "porters", "pasture"}
+BUILTIN = set(builtin_worlds())
 MOVES = {"north", "south", "east", "west", "stay"}
 FAILING = {"north!", "south!", "east!", "west!"}
 FORMS = {"P", "E", "KL", "entropy", "surprise", "suspense", "last"}

@@ -89,7 +89,7 @@ def test_full_width_is_brute_force_with_events_and_chance() -> None:
     pair = small_kitchen(("P.", ".G"))
     text = "world w\nlength 2\nallow deus(table)\nmaximize sum_t P(rho > 0 | script[:t])"
     absent = np.flatnonzero(pair.world.dynamics.cells[:, 2] == pair.world.dynamics.absent)
-    starts = absent[: 6 if FULL else 2].tolist()
+    starts = absent[: 6 if FULL else 1].tolist()
     found = search(pair, text, starts, width=3000)
     goal = reference.objective("help", 2)
     for start, best in zip(found.starts, found.scores, strict=True):

@@ -111,7 +111,7 @@ def test_scaled_rows_are_rows_of_other_viewers() -> None:
         assert member.world.rows_are_scaled
         anew = replay(member.world, path.states, path.actions)
         assert np.allclose(
-            member.watch(path, script.frames).log_belief, anew.log_belief, atol=1e-12
+            member.watch([path], [script.frames])[0].log_belief, anew.log_belief, atol=1e-12
         )
 
 
@@ -146,8 +146,10 @@ def test_in_a_plane_a_wide_panel_also_looks_at_whole_ways() -> None:
     assert [m.imagines_otherwise for m in members] == [False, True] * MEMBERS
     for member in members[:4]:
         anew = replay(member.world, states, actions)
-        np.testing.assert_allclose(member.watch(path, known).log_belief, anew.log_belief, atol=1e-9)
-    usual, wide = (m.watch(path, known).log_belief for m in members[:2])
+        np.testing.assert_allclose(
+            member.watch([path], [known])[0].log_belief, anew.log_belief, atol=1e-9
+        )
+    usual, wide = (m.watch([path], [known])[0].log_belief for m in members[:2])
     assert np.abs(usual - wide).max() > 1e-3
 
 
@@ -177,7 +179,7 @@ def test_the_panel_puts_candidates_in_its_order(told: Story) -> None:
     assert scores[0] >= max(s.score or 0 for s in found.candidates)
     members = panel(told.typed, told.world())
     for script, judgement in zip(by_score.candidates, by_score.judgements, strict=True):
-        assert judge(told.typed, members, script.trajectory, script.frames) == judgement
+        assert judge(told.typed, members, [script.trajectory], [script.frames]) == [judgement]
     with pytest.raises(ValueError, match="panel, wide or score"):
         told.solve(choose="luck")  # type: ignore[arg-type]
 

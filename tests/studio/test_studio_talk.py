@@ -18,7 +18,7 @@ pytest.importorskip("starlette")
 
 import i2pdsl
 from i2pdsl.studio.folder import digest_of
-from studio_for_tests import HELP, Refused, Served, Talk, fill
+from studio_for_tests import HELP, SEARCH, Refused, Served, Talk, fill
 
 CAT = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle r="4"/></svg>'
 
@@ -88,7 +88,7 @@ def test_no_document_of_elsewhere(talk: Talk, tmp_path: Path) -> None:
 
 
 def test_a_text_becomes_a_film(talk: Talk, served: Served) -> None:
-    talk.write(HELP + "search beam(starts = 40, polish = 1)\n")
+    talk.write(HELP.replace(SEARCH, "search beam(starts = 40, polish = 1)\n"))
     (served.folder / "help.story").write_text(talk.text)
     film = talk.solve(seed=0)
     assert film["quality"] == "best"

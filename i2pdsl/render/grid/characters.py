@@ -27,11 +27,16 @@ def map_in_characters(world: GridWorld, state: int, ink: Ink) -> str:
             sign = padded(tile.name[0].lower(), wide)
             rows[row][column] = ink.paint(sign, _colour(tile.color))
     for name, place in places.items():
-        if place is not None:
+        if place is not None and not isinstance(place, str):
             sign = padded(letters[name], wide)
             rows[place[1]][place[0]] = ink.paint(sign, f"1;{_colour(_look(spec, name))}")
+    where = lambda place: f" (with {place})" if isinstance(place, str) else ""
     told = [
-        (letters[name], f"1;{_colour(_look(spec, name))}", name + ("" if place else " (absent)"))
+        (
+            letters[name],
+            f"1;{_colour(_look(spec, name))}",
+            name + (where(place) if place else " (absent)"),
+        )
         for name, place in places.items()
     ]
     told += [(tile.name[0].lower(), _colour(tile.color), tile.name) for tile in spec.tiles]

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from math import pi, sin
 from typing import Any, NamedTuple
 
-from i2pdsl.render.grid.stage import DIRECTIONS, LOOKS, Beat, Cell, Stage, break_down
+from i2pdsl.render.grid.stage import DIRECTIONS, LOOKS, Beat, Cell, Stage, break_down, on_map
 
 # Every pose that a track can hold; a sprite shows its idle face for those it does not know.
 FACES = ("idle", "surprised", "sad", "happy")
@@ -237,12 +237,16 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
                 sheet = PULLED if beat.verb == "pull" else PUSHED
                 tracks[shove.name] += _play(sheet, beat, shove.origin, shove.target)
             marks += _effects(beat)
-    return Film(tracks, tuple(marks), tuple(beats), float(len(script["frames"])))
+    duration = float(len(script["frames"]))
+    for beat in beats:
+        if beat.taken:
+            tracks[beat.actor] += _carried(beat, tracks[beat.by], duration)
+    return Film(tracks, tuple(marks), tuple(beats), duration)
 
 
 def _entrance(name: str, script: Mapping[str, Any], beats: Sequence[Beat]) -> Key:
     """The first key: where it stands, or unseen where it will fall."""
-    at = script["start"].get(name)
+    at = on_map(script["start"], name)
     if at is not None:
         return Key(0, at[0], at[1])
     falls = [beat.target for beat in beats if beat.actor == name and beat.target is not None]
@@ -370,10 +374,25 @@ def _fall(beat: Beat) -> Track:
     ]
 
 
+HELD = 0.55  # how large a thing is drawn that somebody carries
+
+
 def _vanish(beat: Beat) -> Track:
     assert beat.origin is not None
-    t, (x, y) = beat.start, beat.origin
-    return [Key(t + 0.2, x, y), Key(t + 0.6, x, y, scale_x=0.5, scale_y=0.5, opacity=0.0)]
+    t, (x, y), lasting = beat.start, beat.origin, beat.end - beat.start
+    if beat.taken:
+        return [Key(t, x, y)]
+    small = Key(t + 0.6 * lasting, x, y, scale_x=0.5, scale_y=0.5, opacity=0.0)
+    return [Key(t + 0.2 * lasting, x, y), small]
+
+
+def _carried(beat: Beat, holder: Track, duration: float) -> Track:
+    """A thing in the hand of who took it, to the end."""
+    begin = beat.end
+    keys = [sample(holder, begin), *(key for key in holder if begin < key.time <= duration)]
+    return [
+        Key(k.time, k.x + 0.3, k.y + 0.04, 0, HELD, HELD, lift=k.lift, ease=k.ease) for k in keys
+    ]
 
 
 def _startle(beat: Beat, at: Key) -> Track:

@@ -127,7 +127,7 @@ def _panel(stage: Stage, film: Film, since: int, t: int, cell: float) -> str:
         shoves += pushed
     keys = [(actor, sample(film.tracks[actor.name], t)) for actor in stage.cast]
     standing = [
-        (actor, Key(t, key.x, key.y, 0, SIZE, SIZE, pose=_mood(actor.name, beats, t)))
+        (actor, Key(t, key.x, key.y, 0, *_size(key), pose=_mood(actor.name, beats, t)))
         for actor, key in keys
         if key.opacity > 0
     ]
@@ -139,6 +139,10 @@ def _panel(stage: Stage, film: Film, since: int, t: int, cell: float) -> str:
     at = {actor.name: (key.x, key.y) for actor, key in standing}
     signs = [_sign(b, cell) for b in beats if b.frame == t and at.get(b.actor) == b.target]
     return "".join([*ghosts, *ways, *cast, labels_svg(stage, cell), *shoves, *signs])
+
+
+def _size(key: Key) -> tuple[float, float]:
+    return SIZE * key.scale_x, SIZE * key.scale_y
 
 
 def _steps(name: str, beats: Sequence[Beat]) -> list[tuple[bool, Cell, Cell]]:

@@ -141,11 +141,12 @@ def _entities(stage: Stage, frame: Mapping[str, Any]) -> dict[str, Any]:
     for actor in stage.cast:
         acted = frame.get(actor.name) or {}
         action = acted.get("action")
+        place = frame["state"].get(actor.name)
         found[actor.name] = {
-            "cell": frame["state"].get(actor.name),
+            "cell": None if isinstance(place, str) else place,
             "action": action,
             "success": acted["moved"] if action not in (None, "stay") else None,
-        }
+        } | ({"carried_by": place} if isinstance(place, str) else {})
     return found
 
 

@@ -105,13 +105,19 @@ def frame_captions(stage: Stage, script: Mapping[str, Any], film: Film) -> tuple
     places = []
     for actor in stage.cast:
         at = script["start"].get(actor.name)
-        where = "absent" if at is None else f"at ({at[0]}, {at[1]})"
-        places.append(f"{actor.name} {where}")
+        places.append(f"{actor.name} {somewhere(at)}")
     told = [", ".join(places)]
     for frame in range(1, len(script["frames"]) + 1):
         beats = [describe(beat) for beat in film.beats if beat.frame == frame]
         told.append("; ".join(beats) or "nothing moves")
     return tuple(told)
+
+
+def somewhere(place: Sequence[int] | str | None) -> str:
+    """Where something is in a state of a script file."""
+    if isinstance(place, str):
+        return f"with {place}"
+    return "absent" if place is None else f"at ({place[0]}, {place[1]})"
 
 
 def _events(film: Film) -> tuple[Mark, ...]:

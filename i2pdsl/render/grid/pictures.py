@@ -13,7 +13,7 @@ import numpy as np
 from i2pdsl.render.beliefs import Beliefs
 from i2pdsl.render.files import KEY_FRAMES, PictureFiles, Sprites, printable
 from i2pdsl.render.focus import Focus, focus_of, led, whose
-from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed
+from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed, on_map
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
@@ -43,7 +43,7 @@ def stage_of(spec: GridSpec) -> Stage:
     # Own drawings of tiles and walls that a script lacks: they are rugs and blocks.
     shown = lambda sprite: "" if is_own(sprite) and sprite not in own else sprite
     tiles = tuple(
-        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""))
+        Tile(t.name, cell, t.color, shown(t.sprite), own.get(t.sprite, ""), t.one_way)
         for t in spec.tiles
         for cell in t.cells
     )
@@ -142,10 +142,10 @@ class GridPictures(PictureFiles):
         """For each frame what happens in it that is out of the ordinary, and what viewers think
         of what the story is about."""
         lines = []
-        for t in frames:
+        for since, t in zip([None, *frames], frames, strict=False):
             seen = [describe(b) for b in self.film.beats if b.frame == t and b.verb in TELLING]
             parts = [*(["and then"] if t > self.told else []), *([", ".join(seen)] if seen else [])]
-            lines.append(": ".join([*parts, self.focus.caption(t)]))
+            lines.append(": ".join([*parts, self.focus.caption(t, since)]))
         return lines
 
     def key_frames(self, count: int) -> list[int]:
@@ -171,7 +171,7 @@ class GridPictures(PictureFiles):
     def _places(self) -> np.ndarray:
         """[T + 1, n, 2] Where everybody is, in units of what the way across the map counts."""
         states = [self.document["start"], *(f["state"] for f in self.document["frames"])]
-        cells = [[s[a.name] or (-1, -1) for a in self.stage.cast] for s in states]
+        cells = [[on_map(s, a.name) or (-1, -1) for a in self.stage.cast] for s in states]
         return PLACE * np.array(cells, float) / np.hypot(self.stage.width, self.stage.height)
 
     def meters(self) -> list[Meter]:

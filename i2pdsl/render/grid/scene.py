@@ -156,6 +156,7 @@ def stage_background(stage: Stage, cell: float = 64) -> str:
                 _rug(i, tile, cell) if look is None else _still(look, tile.cell, cell)
                 for i, (tile, look) in enumerate(zip(stage.tiles, looks, strict=True))
             ),
+            *(_ways(tile, cell) for tile in stage.tiles),
             # As one group: where two shadows overlap it is no darker.
             f'<g opacity="0.16">{"".join(_wall_shadow(at, cell) for at in shading)}</g>',
             _frame(stage, cell),
@@ -265,6 +266,7 @@ def _rug(i: int, tile: Tile, cell: float) -> str:
     """A soft rug with a stitched border, fringes, and a pattern that tells it apart in grey."""
     (c, r), color = tile.cell, tile.color
     x, y, edge = c * cell, r * cell, mix(tile.color, BLACK, 0.30)
+    middle = (c + 0.5) * cell, (r + 0.5) * cell
     fringe = "".join(
         f"M{x + 0.035 * cell:g} {y + f * cell:g} h{0.07 * cell:g} "
         f"M{x + 0.895 * cell:g} {y + f * cell:g} h{0.07 * cell:g} "
@@ -286,7 +288,24 @@ def _rug(i: int, tile: Tile, cell: float) -> str:
             f'rx="{0.06 * cell:g}" stroke="{mix(color, WHITE, 0.75)}" {thin} '
             f'stroke-dasharray="{0.06 * cell:g} {0.045 * cell:g}"',
         )
-        + _pattern(i, (c + 0.5) * cell, (r + 0.5) * cell, mix(color, WHITE, 0.36), cell)
+        + ("" if tile.ways else _pattern(i, *middle, mix(color, WHITE, 0.36), cell))
+    )
+
+
+_TURNED = {"east": 0, "south": 90, "west": 180, "north": 270}  # degrees
+
+
+def _ways(tile: Tile, cell: float) -> str:
+    """Arrow heads on a tile that is left and entered in some directions only."""
+    x, y, a = (tile.cell[0] + 0.5) * cell, (tile.cell[1] + 0.5) * cell, 0.13 * cell
+    heads = "".join(f"M{k * a:g} {-a:g} l{a:g} {a:g} l{-a:g} {a:g} " for k in (0.3, 1.5))
+    if len(tile.ways) == 1:
+        heads = "".join(f"M{k * a:g} {-a:g} l{a:g} {a:g} l{-a:g} {a:g} " for k in (-1.5, -0.3, 0.9))
+    look = f'fill="none" stroke="{mix(tile.color, BLACK, 0.45)}" stroke-width="{0.05 * cell:g}"'
+    return "".join(
+        f'<path d="{heads}" {look} stroke-linecap="round" stroke-linejoin="round" '
+        f'transform="translate({x:g} {y:g}) rotate({_TURNED[way]})"/>'
+        for way in tile.ways
     )
 
 

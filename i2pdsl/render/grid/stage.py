@@ -21,13 +21,15 @@ WALL, PULL = "#", "pull_"
 @dataclass(frozen=True)
 class Tile:
     """A named, coloured goal tile. `color` is any CSS colour; `sprite` and `drawing` are as an
-    actor's, and without them its name or a rug tells what it is."""
+    actor's, and without them its name or a rug tells what it is; `ways` are the only directions
+    in which one gets onto it and off it."""
 
     name: str
     cell: Cell
     color: str
     sprite: str = ""
     drawing: str = ""
+    ways: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,8 @@ class Beat:
     """One thing that happens in a frame (1..T), from `start` to `end` in turns.
 
     `verb`: 'step', 'push', 'pull', 'fail' (chance was against it), 'bump' (something was in the
-    way), 'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before.
+    way), 'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before. `by` is
+    who made it vanish, and `taken` whether that one carries it since.
     """
 
     frame: int
@@ -124,6 +127,8 @@ class Beat:
     origin: Cell | None
     target: Cell | None
     pushed: tuple[Shove, ...] = ()
+    by: str = ""
+    taken: bool = False
 
 
 def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
@@ -175,7 +180,13 @@ def followed(stage: Stage, script: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _cells(state: Mapping[str, Any]) -> dict[str, Cell | None]:
-    return {name: None if at is None else (int(at[0]), int(at[1])) for name, at in state.items()}
+    return {name: on_map(state, name) for name in state}
+
+
+def on_map(state: Mapping[str, Any], name: str) -> Cell | None:
+    """The cell of something in a state of a script file; None if it is absent, or carried."""
+    at = state.get(name)
+    return None if at is None or isinstance(at, str) else (int(at[0]), int(at[1]))
 
 
 def _event_beats(
@@ -221,6 +232,7 @@ def _acts(
 ) -> list[Beat]:
     """The beats of a turn in which some act in this order; moves `now` as they move."""
     beats: list[Beat] = []
+    leaving = {thing for thing, cell in _cells(frame["state"]).items() if cell is None}
     for i, name in enumerate(acting):
         start, end = _slot(t, i, len(acting))
         action, moved = frame[name]["action"], frame[name]["moved"]
@@ -236,6 +248,13 @@ def _acts(
             beats.append(Beat(t, start, end, name, verb, action, origin, origin))
         else:
             target = _beyond(origin, action)
+            gone = [thing for thing, cell in now.items() if cell == target and thing in leaving]
+            for thing in gone:
+                taken = isinstance(frame["state"][thing], str)
+                beats.append(
+                    Beat(t, start, end, thing, "vanish", "", target, None, (), name, taken)
+                )
+                now[thing] = None
             pushed = _push(now, target, action, name)
             now[name] = target
             verb = "push" if pushed else "step"
@@ -321,6 +340,8 @@ def describe(beat: Beat) -> str:
             return f"{beat.actor} bumps {beat.direction}"
         case "fall":
             return f"{beat.actor} falls from the sky"
+        case "vanish" if beat.by:
+            return f"{beat.by} {'takes' if beat.taken else 'opens'} {beat.actor}"
         case "vanish":
             return f"{beat.actor} is gone"
         case _:

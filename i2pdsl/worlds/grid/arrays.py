@@ -3,6 +3,7 @@ and the letters of their shapes, says model.py."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,10 +21,11 @@ class Tables(NamedTuple):
 
     Attributes:
         cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
-        coordinates [N + 1, 2]: (column, row) of each cell; the last row stands for absence.
+        coordinates [M, 2]: (column, row) of each cell; the rows from N on stand for no cell.
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
         cost [9]: reward of an action away from the goal.
+        ground [M]: what any action on a cell costs besides.
         gamma []: discount factor.
         reward []: reward on the goal tile.
         continuation: for each character [F * S, P], the value W after an action, before the
@@ -36,7 +38,7 @@ class Tables(NamedTuple):
         forgetting [O]: share of belief that is reassigned after each action.
         switching: how each character's goal changes after its actions; empty if none does.
         layer []: S, where there is a horizon; else None.
-        against: what each character expects of the other who acts together with it; else None.
+        against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
     """
@@ -49,6 +51,7 @@ class Tables(NamedTuple):
     absent: Array
     success: Array
     cost: Array
+    ground: Array
     gamma: Array
     reward: Array
     continuation: tuple[Array, ...]
@@ -59,7 +62,7 @@ class Tables(NamedTuple):
     forgetting: Array
     switching: tuple[Switching, ...] = ()
     layer: Array | None = None
-    against: tuple[Against, ...] | None = None
+    against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
 
 
@@ -100,6 +103,7 @@ def padded(tables: Tables) -> Tables:
         lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
         successor=tuple(map(along(1, states), tables.successor)),
         coordinates=along(0, cells)(tables.coordinates),
+        ground=along(0, cells)(tables.ground),
         continuation=tuple(
             along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
         ),
@@ -141,8 +145,7 @@ class Moves:
 
     @property
     def turn_count(self) -> int:
-        first, *rest = self.counts
-        return first * (rest[0] if rest else 1)
+        return math.prod(self.counts)
 
 
 def namespace(array: Array) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
@@ -20,19 +21,27 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "goals": list(c.goals),
                 "pushes": list(c.pushes),
                 **({"pulls": list(c.pulls)} if c.pulls else {}),
-                "toward": c.toward,
-                "models": c.models,
+                **({"carries": list(c.carries)} if c.carries else {}),
+                "toward": _one([name for name, _ in c.attitudes]),
+                "models": _one(c.models),
+                **({"misreads": list(c.misreads)} if c.misreads else {}),
             }
             for c in spec.characters
         ],
         "objects": [
             {"name": t.name, "may_be_absent": t.may_be_absent}
             | ({"count": t.count} if t.count > 1 else {})
+            | ({"opened_by": t.opened_by} if t.opened_by else {})
             for t in spec.things
         ],
         **({"order": "together"} if spec.together else {}),
         "tiles": [{"name": t.name, "cells": [list(c) for c in t.cells]} for t in spec.tiles],
     }
+
+
+def _one(names: Sequence[str]) -> str | list[str] | None:
+    """None, the only one, or all of several."""
+    return (names[0] if names else None) if len(names) < 2 else [*names]
 
 
 def map_in_words(spec: GridSpec) -> list[str]:
@@ -58,9 +67,11 @@ def in_words(spec: GridSpec) -> list[str]:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
         pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
+        pushes += f"; carries {', '.join(c.carries)}" if c.carries else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         told = f": {t.count} that are alike" if t.count > 1 else ""
+        told = f": opened by {t.opened_by}" if t.opened_by else told
         lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else told}")
     if spec.together:
         lines.append("both act at the same time")

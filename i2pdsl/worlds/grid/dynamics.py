@@ -1,9 +1,9 @@
 """States and moves of a grid world as arrays (NumPy, built once per world).
 
 A state is the index of a valid arrangement: the cells of the characters and then of the things,
-no two on one cell; an absent thing has the cell number `absent` = number of free cells. Things that
-are alike stand in the order of their cells: whichever arrangement of them an action leads to, it is
-the same state.
+no two on one cell. An absent thing has the cell number `absent` = number of free cells, and one
+that the k-th character carries `absent` + 1 + k (spec.py:places). Things that are alike stand in
+the order of their cells: whichever arrangement of them an action leads to, it is the same state.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid.spec import ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
+from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
 
 Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
@@ -27,7 +27,8 @@ class Dynamics:
 
     Attributes:
         cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
-        lookup: int32 [N+1]*E flattened, the state of an arrangement, -1 where it is invalid.
+        lookup: int32 [M]*E flattened, M = N + 1 or, where something is carried, N + 1 + C, the
+            state of an arrangement, -1 where it is invalid.
         strides: int [E], so that lookup[(cells * strides).sum()] is the state.
         successor: for each character int32 [A, S], the state after its action if it succeeds; the
             state itself where it is blocked or stays.
@@ -60,10 +61,10 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
     """Enumerates the states of a world and all moves."""
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
     count, entities = len(coordinates), len(spec.entities)
-    strides = (count + 1) ** np.arange(entities - 1, -1, -1, dtype=np.int64)
+    strides = spec.place_count ** np.arange(entities - 1, -1, -1, dtype=np.int64)
     neighbour = _neighbours(spec, count)
     cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
-    lookup = np.full((count + 1) ** entities, -1, dtype=np.int32)
+    lookup = np.full(spec.place_count**entities, -1, dtype=np.int32)
     for order in _orders(spec):
         codes = cells[:, order].astype(np.int64) @ strides
         lookup[codes] = np.arange(len(cells), dtype=np.int32)
@@ -80,19 +81,17 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
 
 def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
     """All valid cells of the entities, in row-major order: int16 or int32 [S, E]."""
-    narrow = np.dtype(np.int16 if count <= np.iinfo(np.int16).max else np.int32)
+    narrow = np.dtype(np.int16 if count <= np.iinfo(np.int16).max // 2 else np.int32)
     cells = np.zeros((1, 0), dtype=narrow)
-    may_be_absent = [False] * len(spec.characters)
-    may_be_absent += [t.may_be_absent for t in spec.things for _ in t.names]
     later = {number for group in spec.groups for number in group[1:]}
-    for entity, absent_too in enumerate(may_be_absent):
-        options = np.arange(count + absent_too, dtype=narrow)
+    for entity, places in enumerate(spec.places):
+        options = np.array(places, dtype=narrow)
         repeated = np.repeat(cells, len(options), axis=0)
         column = np.tile(options, len(cells))
         free = np.ones(len(column), dtype=bool)
         for other in range(cells.shape[1]):
-            # Two absent things share the number `count` without being in each other's way.
-            free &= (repeated[:, other] != column) | (column == count)
+            # Of what is on no cell, nobody is in the other's way.
+            free &= (repeated[:, other] != column) | (column >= count)
         if entity in later:
             free &= repeated[:, -1] < column
         cells = np.concatenate([repeated[free], column[free, None]], axis=1)
@@ -112,14 +111,18 @@ def _orders(spec: GridSpec) -> list[list[int]]:
 
 
 def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
-    """The neighbouring cell in each direction, -1 where there is a wall: int [N + 1, 9]."""
+    """The neighbouring cell in each direction, -1 where there is a wall or that is not the way:
+    int [N + 1, 9]."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     walls = set(spec.walls)
+    ways = {cell: tile.one_way for tile in spec.tiles if tile.one_way for cell in tile.cells}
     table = np.full((count + 1, len(ALL_ACTIONS)), -1, dtype=np.int64)
     for here, cell in number.items():
         for action, (dx, dy) in enumerate(ALL_OFFSETS):
             there = here[0] + dx, here[1] + dy
-            if (here, there) not in walls and (there, here) not in walls:
+            way = ACTIONS[action if action <= STAY else action - STAY - 1]
+            wrong = action != STAY and any(way not in ways.get(c, ACTIONS) for c in (here, there))
+            if (here, there) not in walls and (there, here) not in walls and not wrong:
                 table[cell, action] = number.get(there, -1)
     return table
 
@@ -132,9 +135,9 @@ def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.
     found = ends = np.unique(_codes(spec, start, strides))
 
     def after(codes: np.ndarray, who: int) -> np.ndarray:
-        cells = codes[:, None] // strides % (neighbour.shape[0])
+        cells = codes[:, None] // strides % spec.place_count
         moved = _successors(spec, who, cells, neighbour, strides)
-        cells = np.unique(moved)[:, None] // strides % neighbour.shape[0]
+        cells = np.unique(moved)[:, None] // strides % spec.place_count
         return np.unique(_codes(spec, cells, strides))
 
     everyone = range(len(spec.characters))
@@ -149,7 +152,7 @@ def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.
                 found = np.union1d(found, codes)
             reached.append(codes)
         ends = np.unique(np.concatenate(reached))
-    return found[:, None] // strides % neighbour.shape[0]
+    return found[:, None] // strides % spec.place_count
 
 
 def _codes(spec: GridSpec, cells: np.ndarray, strides: np.ndarray) -> np.ndarray:
@@ -176,6 +179,13 @@ def _successors(
     result = np.empty((len(character.actions), len(cells)), dtype=np.int64)
     base = cells.astype(np.int64) @ strides
     others = [other for other in range(cells.shape[1]) if other != who]
+    absent = len(spec.free_cells)
+    mine = spec.numbers_of(character.carries)
+    locks = {
+        spec.entities.index(thing.name): spec.entities.index(thing.opened_by)
+        for thing in spec.things
+        if thing.opened_by
+    }
     for action in range(len(character.actions)):
         target = neighbour[own, action]
         beyond = neighbour[target, action]  # -1 reads the last row, which is all -1
@@ -183,6 +193,13 @@ def _successors(
         index = base + (target - own) * strides[who]
         for other in others:
             met = (cells[:, other] == target) & (target >= 0)
+            if action < STAY and (other in mine or other in locks):
+                # It is taken, or a door that opens to who has its key.
+                able = True if other in mine else cells[:, locks[other]] == absent + 1 + who
+                goes = absent + 1 + who if other in mine else absent
+                possible &= ~met | able
+                index += np.where(met & able, (goes - target) * strides[other], 0)
+                continue
             if other not in pushed or action > STAY:
                 possible &= ~met
                 continue
@@ -193,7 +210,7 @@ def _successors(
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
         if action > STAY:  # it goes one cell, and what stands behind it comes to where it was
-            behind = neighbour[own, _BACK[action - STAY - 1]]
+            behind = _behind(neighbour, action)[own]
             held = np.zeros(len(cells), dtype=bool)
             for other in pulled:
                 follows = (cells[:, other] == behind) & (behind >= 0)
@@ -204,4 +221,9 @@ def _successors(
     return result
 
 
-_BACK = (1, 0, 3, 2)  # the way back of north, south, east, west
+def _behind(neighbour: np.ndarray, action: int) -> np.ndarray:
+    """The cell [N + 1] from which an action leads to each, -1 where there is none."""
+    found = np.full(len(neighbour), -1)
+    cells = np.flatnonzero(neighbour[:, action] >= 0)
+    found[neighbour[cells, action]] = cells
+    return found

@@ -66,13 +66,17 @@ def feature(
             return (tables.cells[here, entity][..., None] == xp.asarray(places)).any(-1)
         case "absent":
             return tables.cells[here, arguments[0]] == tables.absent
+        case "holds":
+            who, thing = arguments
+            return tables.cells[here, thing] == tables.absent + 1 + who
         case "adjacent" | "touching":
             return _adjacent(tables, here, *arguments)
         case "sees" | "distance":
             entity, other, table = arguments
-            place = tables.cells[here, entity]
+            on_map = lambda thing: xp.minimum(tables.cells[here, thing], tables.absent)
+            place = on_map(entity)
             if other is not None:
-                place = place * (tables.absent + 1) + tables.cells[here, other]
+                place = place * (tables.absent + 1) + on_map(other)
             return xp.asarray(table)[place]
     assert before is not None
     assert action is not None
@@ -96,7 +100,12 @@ def feature(
         if entity in group:  # whoever of them stood there is there no more
             now = tables.cells[step.after][..., list(group)]
             changed = (left[..., None] != now).all(-1)
-    return is_turn & changed if name == "moved" or entity != who else is_turn & False
+    if name in ("takes", "opens"):
+        return is_turn & changed & ((now == tables.absent) == (name == "opens"))
+    if name == "moved":
+        return is_turn & changed
+    on_map = tables.cells[step.after, entity] < tables.absent
+    return is_turn & changed & on_map if entity != who else is_turn & False
 
 
 def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Array:
@@ -106,12 +115,12 @@ def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Arr
     there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
     way = tables.coordinates[there] - here[..., None, :]
     ahead = (way * xp.asarray(ALL_OFFSETS)[act][..., None, :]).sum(-1)
-    return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there != tables.absent)).any(-1)
+    return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there < tables.absent)).any(-1)
 
 
 def _adjacent(tables: Tables, state: Array, a: int, b: int) -> Array:
     """Whether two entities stand on neighbouring cells (both must be there)."""
     first, second = tables.cells[state, a], tables.cells[state, b]
-    present = (first != tables.absent) & (second != tables.absent)
+    present = (first < tables.absent) & (second < tables.absent)
     distance = abs(tables.coordinates[first] - tables.coordinates[second]).sum(-1)
     return present & (distance == 1)

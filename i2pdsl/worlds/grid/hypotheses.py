@@ -3,10 +3,19 @@ No arrays here."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, Hypothesis, goal_of, of_one, of_two, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    Hypothesis,
+    Minded,
+    attitudes_of,
+    goal_of,
+    hypotheses_of,
+    rationality_of,
+    reading_of,
+)
 
 
 def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
@@ -15,36 +24,33 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
     `merged` counts each distinguishable hypothesis once; `literal` takes the paper's tuple word
     by word, every irrational robot once for each of its goals and attitudes (72 in the kitchen).
     """
-    if len(spec.characters) == 1:
-        return of_one(spec.characters[0])
-    if spec.settings.hypotheses == "literal":
-        return _literal(spec)
-    modeller = spec.modeller or spec.characters[1]
-    modelled = next(c for c in spec.characters if c.name != modeller.name)
-    return of_two(modelled, modeller, lambda goal, rho: rho == 0 and goal == NO_GOAL)
+    if len(spec.characters) > 1 and spec.settings.hypotheses == "literal":
+        return _literal(spec.by_depth)
+    return hypotheses_of(spec.by_depth, lambda goal: goal == NO_GOAL)
 
 
-def _literal(spec: GridSpec) -> tuple[Hypothesis, ...]:
-    """Goals x attitudes x rationality, an irrational modelled one being met with indifference.
+def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:
+    """Goals x attitudes x what is taken for goals x rationality, an irrational one being met with
+    indifference.
 
     What plays no part is left out of a row, so that equal rows stand here several times.
     """
-    modeller = spec.modeller or spec.characters[1]
-    modelled = next(c for c in spec.characters if c.name != modeller.name)
-    g1, r1 = goal_of(modelled.name), rationality_of(modelled.name)
-    g2, r2 = goal_of(modeller.name), rationality_of(modeller.name)
+    goals, attitudes = {c.name: c.goals for c in characters}, attitudes_of(characters)
+    readings = [(c.name, other) for c in characters for other in c.misreads]
     rows: list[Hypothesis] = []
-    for first, second in product((True, False), (True, False)):
-        attitudes: tuple[float | None, ...] = modeller.attitude or (None,)
-        if not first and modeller.attitude:
-            attitudes = (0.0,)
-        for goal1, goal2, rho in product(modelled.goals, modeller.goals, attitudes):
-            row: Hypothesis = {r1: first, r2: second}
-            if first:
-                row[g1] = goal1
-            if second:
-                row[g2] = goal2
-            if second and rho is not None:
-                row[ATTITUDE] = rho
+    for flags in product((True, False), repeat=len(goals)):
+        rational = dict(zip(goals, flags, strict=True))
+        values = [each.values if rational[each.toward] else (0.0,) for each in attitudes]
+        options = (
+            product(*goals.values()),
+            product(*values),
+            product(*(goals[o] for _, o in readings)),
+        )
+        for wanted, rhos, taken in product(*options):
+            row: Hypothesis = {rationality_of(name): r for name, r in rational.items()}
+            row |= {goal_of(n): g for n, g in zip(goals, wanted, strict=True) if rational[n]}
+            cares, reads = zip(attitudes, rhos, strict=True), zip(readings, taken, strict=True)
+            row |= {each.latent: rho for each, rho in cares if rational[each.who]}
+            row |= {reading_of(*pair): g for pair, g in reads if all(rational[n] for n in pair)}
             rows.append(row)
     return tuple(rows)

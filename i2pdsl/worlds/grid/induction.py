@@ -21,6 +21,8 @@ from i2pdsl.worlds.grid.arrays import Against, Tables, arrangement, namespace
 
 Array = Any
 Report = Callable[[int, float, float | None], None]
+Expected = tuple[tuple[Against, ...], ...]
+"""What each character expects of those who answer it (problems.py)."""
 
 CHUNK = 1024  # states that are looked at together: what they need fits into a processor's cache
 MOST_SWEEPS = 100_000
@@ -32,7 +34,7 @@ class NotSettledError(Exception):
 
 def implied(
     tables: Tables,
-    against: tuple[Against, ...] | None,
+    against: Expected,
     together: bool,
     who: int,
     state: Array,
@@ -42,45 +44,52 @@ def implied(
 
     Args:
         tables: of which the continuations after these are read: those of the next frame, and where
-            they act one after the other, those of the one who answers in this frame.
-        against: what each expects of the other; None where there is no other.
+            they act one after the other, those of who answers in this frame.
+        against: what each expects of those who answer.
         end: in the last frame the reward of standing on one's goal then, else None.
     """
     xp = namespace(tables.cells)
     here = arrangement(tables, state)
-    later = state - here if tables.layer is None else state - here + tables.layer
+    now, count = state - here, len(tables.goals)
+    later = now if tables.layer is None else now + tables.layer
 
     def ahead(place: Array) -> Array:
         if end is not None:
-            return end * _standing(tables, against, who, place)
-        frame = later.reshape(later.shape + (1,) * (place.ndim - later.ndim))
-        return xp.max(model.action_values(tables, who, place + frame), axis=-2)
+            return end * _standing(tables, against[who], who, place)
+        return xp.max(model.action_values(tables, who, model.in_frame(later, place)), axis=-2)
 
-    if against is None or together or (end is not None and who == 1):
-        return ahead(here)
-    mine, other = against[who], 1 - who
-    policy = model.expected_of_other(tables, mine, other, state if who == 0 else here + later)
-    social = model.others_reward(tables, mine, policy, other, here)
-    after = ahead(xp.moveaxis(tables.successor[other][:, here], 0, -1))
-    p = tables.success[other]
-    answered = p * after + (1 - p) * ahead(here)[..., None, :]
-    return mine.rho * social + (policy * answered).sum(-2)
+    def answered(place: Array, more: int) -> Array:
+        """What is expected from an arrangement in which others are still to act."""
+        other = (who + more) % count
+        ends = end is not None and other < who  # there is no next frame in which it would act
+        if more == count or ends or together:
+            return ahead(place)
+        mine, frame = against[who][more - 1], now if other > who else later
+        policy = model.expected_of_other(tables, mine, other, model.in_frame(frame, place))
+        social = model.others_reward(tables, mine, policy, other, place)
+        moved = answered(xp.moveaxis(tables.successor[other][:, place], 0, -1), more + 1)
+        p = tables.success[other]
+        after = p * moved + (1 - p) * answered(place, more + 1)[..., None, :]
+        return mine.rho * social + (policy * after).sum(-2)
+
+    return answered(here, 1)
 
 
-def _standing(tables: Tables, against: tuple[Against, ...] | None, who: int, place: Array) -> Array:
-    """How many rewards of the end a character has: its own, and the other's by rho: [..., P]."""
+def _standing(tables: Tables, against: tuple[Against, ...], who: int, place: Array) -> Array:
+    """How many rewards of the end a character has: its own, and others' by rho: [..., P]."""
     xp = namespace(tables.cells)
-    own = xp.moveaxis(tables.goals[who][:, tables.cells[place, who]], 0, -1)
-    if against is None or against[who].problem is None:
-        return own * 1.0
-    mine, other = against[who], 1 - who
-    theirs = xp.moveaxis(tables.goals[other][:, tables.cells[place, other]], 0, -1)
-    return own + mine.rho * (mine.known * theirs[..., mine.problem])
+    reward = xp.moveaxis(tables.goals[who][:, tables.cells[place, who]], 0, -1) * 1.0
+    for more, mine in enumerate(against, 1):
+        other = (who + more) % len(tables.goals)
+        if mine.problem is not None:
+            theirs = xp.moveaxis(tables.goals[other][:, tables.cells[place, other]], 0, -1)
+            reward = reward + mine.rho * (mine.known * theirs[..., mine.problem])
+    return reward
 
 
 def by_frames(
     tables: Tables,
-    against: tuple[Against, ...] | None,
+    against: Expected,
     together: bool,
     frames: int,
     end: float,
@@ -115,7 +124,7 @@ def by_frames(
 
 def without_end(
     tables: Tables,
-    against: tuple[Against, ...] | None,
+    against: Expected,
     tolerances: list[float],
     report: Report | None = None,
     say: Callable[[str], None] | None = None,
@@ -153,7 +162,7 @@ class _Program:
     def __init__(
         self,
         tables: Tables,
-        against: tuple[Against, ...] | None,
+        against: Expected,
         together: bool,
         say: Callable[[str], None] | None,
     ):
@@ -204,9 +213,7 @@ class _Program:
         return found
 
 
-def _everywhere(
-    together: bool, who: int, tables: Tables, against: tuple[Against, ...] | None
-) -> Array:
+def _everywhere(together: bool, who: int, tables: Tables, against: Expected) -> Array:
     """`implied` for each arrangement, in pieces."""
     import jax
     import jax.numpy as jnp

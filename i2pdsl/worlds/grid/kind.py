@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
@@ -47,7 +48,7 @@ class GridKind(Kind):
 
     def imagined_otherwise(self, spec: GridSpec) -> GridSpec | None:
         """With the other level 0, where anybody is modelled."""
-        if spec.modeller is None:
+        if not any(c.models for c in spec.characters):
             return None
         other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
         return spec.with_settings({"level0": other})
@@ -135,7 +136,7 @@ class GridKind(Kind):
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
         """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
-        (missing where it is absent), and the event."""
+        (missing where it is absent or carried), and the event."""
         found: dict[str, tuple[list[Any], str]] = {}
         frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
         for who in words.characters:
@@ -143,7 +144,8 @@ class GridKind(Kind):
             found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
             found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
         for thing in (*words.characters, *words.things):
-            places = [frame["state"].get(thing) or (None, None) for frame in frames]
+            states = [frame["state"].get(thing) for frame in frames]
+            places = [(None, None) if s is None or isinstance(s, str) else s for s in states]
             for axis, name in enumerate(("column", "row")):
                 found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
         found["event"] = [_event(frame.get("event")) for frame in frames], "string"
@@ -169,8 +171,9 @@ class GridKind(Kind):
         return distance(world, first, second) / APART
 
     def meet(self, world: GridWorld, states: np.ndarray) -> bool:
-        alone = len(world.spec.characters) < 2
-        return alone or bool(world.feature(world.tables, "adjacent", (0, 1), states).any())
+        pairs = list(combinations(range(len(world.spec.characters)), 2))
+        touch = (world.feature(world.tables, "adjacent", pair, states).any() for pair in pairs)
+        return not pairs or any(map(bool, touch))
 
     # By hand.
 

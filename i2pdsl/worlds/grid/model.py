@@ -13,9 +13,9 @@ Where both act `together`, each chooses by the state before the frame. What then
 of them moves and then the second, unless the first can move only once the second is out of its way.
 So one may follow the other, two do not change places, and of two who want a cell the first gets it.
 
-An action of the story is a number: o_1 * n_2 + o_2 for a turn in which the characters have the
-outcomes o_1 and o_2 (an outcome is an action and whether it succeeded), then, for events,
-`turn_count` + e * slots + cell.
+An action of the story is a number: for a turn in which the characters have the outcomes o_1, o_2,
+... (an outcome is an action and whether it succeeded) the number with these digits, the last the
+lowest; then, for events, `turn_count` + e * slots + cell.
 """
 
 from __future__ import annotations
@@ -36,12 +36,13 @@ def action_values(tables: Tables, who: int, state: Array) -> Array:
     table, here = tables.continuation[who], arrangement(tables, state)
     on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[here, who]], 0, -1)
     cost = tables.cost[: len(tables.successor[who])]
-    reward = tables.reward * on_goal[..., None, :] + cost[:, None]
+    ground = tables.ground[tables.cells[here, who]][..., None, None]
+    reward = tables.reward * on_goal[..., None, :] + (cost[:, None] - ground)
     if tables.against is not None:
-        return reward + _together_values(tables, tables.against[who], who, state)
+        return reward + _together_values(tables, tables.against[who][0], who, state)
     after = xp.moveaxis(tables.successor[who][:, here], 0, -1)
     if tables.layer is not None:
-        after = after + (state - here)[..., None]
+        after = in_frame(state - here, after)
     p = tables.success[who]
     expected = p * table[after] + (1 - p) * table[state][..., None, :]
     return reward + tables.gamma * expected
@@ -85,6 +86,7 @@ def others_reward(
     """
     xp = namespace(tables.cells)
     cost = (policy * tables.cost[: policy.shape[-2], None]).sum(-2)
+    cost = cost - tables.ground[tables.cells[here, other]][..., None]
     if against.problem is None:
         return cost * 0
     goals = xp.moveaxis(tables.goals[other][:, tables.cells[here, other]], 0, -1)
@@ -149,36 +151,45 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     if moves.together:
         return _turns_together(tables, moves, state)
     xp = namespace(tables.cells)
-    first = moves.outcomes(0)
-    actions = [a for a, _ in first]
     here = arrangement(tables, state)
-    reached = xp.moveaxis(tables.successor[0][:, here], 0, -1)  # [..., A]
-    # Failing leaves the state as it is, which is where staying leads.
-    middle = reached[..., [a if ok else STAY for a, ok in first]]
-    moved = reached != here[..., None]
-    valid = xp.stack([moved[..., a] | ok for a, ok in first], axis=-1)
-    p = tables.success[0]
-    chance = _chance(xp, first, moved, p)
-    row = log_policy(tables, 0, state)[..., actions, :, :]
-    if len(moves.weak) == 1:
-        middle = _later(tables, moves, state, middle)
-        return Branches(middle, valid, (row[..., :, None, :, :],), chance)
-    second = moves.outcomes(1)
-    answers = [a for a, _ in second]
-    landed = xp.moveaxis(tables.successor[1][:, reached], 0, -1)  # [..., A, A]
-    seen = reached if tables.layer is None else reached + (state - here)[..., None]
-    answered = log_policy(tables, 1, seen)[..., answers, :, :]  # [..., A, n_2, O, H]
-    by_outcome = [a if ok else STAY for a, ok in first]
-    end = landed[..., by_outcome, :][..., [a if ok else STAY for a, ok in second]]
-    moved2 = landed[..., by_outcome, :] != middle[..., None]
-    valid2 = xp.stack([moved2[..., a] | ok for a, ok in second], axis=-1)
-    chance2 = _chance(xp, second, moved2, tables.success[1])
-    shape = (*end.shape[:-2], end.shape[-2] * end.shape[-1])
+    frame, lead, count = state - here, here.ndim, len(moves.weak)
+    # The place after each series of actions that succeed; failing leads where staying does.
+    place = here
+    effects: list[list[int]] = []
+    rows: list[Array] = []
+    valid: Array = True
+    chance: Array = 1.0
+
+    def of_outcomes(array: Array) -> Array:
+        """[..., A_1, ..., *more] of actions, as [..., n_1, ..., *more] of outcomes."""
+        for axis, effect in enumerate(effects):
+            array = array[(slice(None),) * (lead + axis) + (effect,)]
+        return array
+
+    def placed(array: Array, more: int = 0) -> Array:
+        """With an axis of 1 for each of those who act later, before the last `more` axes."""
+        later, at = (1,) * (count - len(effects) - 1), array.ndim - more
+        return array.reshape(*array.shape[:at], *later, *array.shape[at:])
+
+    for who in range(count):
+        outcomes = moves.outcomes(who)
+        landed = xp.moveaxis(tables.successor[who][:, place], 0, -1)
+        seen = place if tables.layer is None else in_frame(frame, place)
+        row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
+        moved = of_outcomes(landed != place[..., None])
+        rows.append(placed(row, 2))
+        able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
+        valid = valid & placed(able)
+        chance = chance * placed(_chance(xp, outcomes, moved, tables.success[who]))
+        effects.append([a if ok else STAY for a, ok in outcomes])
+        place = landed
+    end = of_outcomes(place)
+    shape = (*here.shape, moves.turn_count)
     return Branches(
         _later(tables, moves, state, end.reshape(shape)),
-        (valid[..., None] & valid2).reshape(shape),
-        (row[..., :, None, :, :], answered[..., by_outcome, :, :, :]),
-        (chance[..., None] * chance2).reshape(shape),
+        xp.broadcast_to(valid, end.shape).reshape(shape),
+        tuple(rows),
+        xp.broadcast_to(chance, end.shape).reshape(shape),
     )
 
 
@@ -337,10 +348,15 @@ def chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list
     return [step.before + frame for step in steps(tables, moves, state, action)[0]]
 
 
+def in_frame(frame: Array, place: Array) -> Array:
+    """The states of arrangements [..., more axes] in a frame, of which `state - arrangement` [...]
+    tells."""
+    return place + frame.reshape(frame.shape + (1,) * (place.ndim - frame.ndim))
+
+
 def decode(moves: Moves, who: int, action: Array, xp: Any) -> tuple[Array, Array]:
     """A character's action in a turn, and whether it succeeded; an event reads as staying."""
-    counts = moves.counts
-    own = action // counts[1] if len(counts) == 2 and who == 0 else action % counts[-1]
+    own = action // math.prod(moves.counts[who + 1 :]) % moves.counts[who]
     outcomes = moves.outcomes(who)
     is_turn = action < moves.turn_count
     own = xp.where(is_turn, own, STAY)

@@ -14,14 +14,16 @@ from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
-from i2pdsl.worlds.blocks import Block, header
+from i2pdsl.worlds.blocks import Block, Value, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.map import MapReader, is_mark
 from i2pdsl.worlds.grid.spec import (
+    ACTIONS,
     FLOOR,
     GROUNDS,
     NO_GOAL,
+    STAY,
     WALL,
     Cell,
     Character,
@@ -33,10 +35,21 @@ from i2pdsl.worlds.grid.spec import (
 )
 from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, latents_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    ATTITUDE,
+    attitude_of,
+    attitudes_of,
+    count_at_most,
+    goal_of,
+    latents_of,
+    rationality_of,
+    reading_of,
+)
 
 EVENTS = ("deus",)
 TOGETHER = "together"
+MOST_CHARACTERS = 4
+MOST_HYPOTHESES = 4096
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
@@ -85,10 +98,12 @@ class _Reader(MapReader):
         self.unique_names()
         rows = self.checked_rows()
         tiles = self.tiles(of("tile"), rows)
-        things = tuple(self.thing(b, rows) for b in of("object"))
+        names = tuple(b.name for b in of("object"))
+        things = tuple(self.thing(b, rows, names) for b in of("object"))
         thing_names = tuple(t.name for t in things)
         characters = self.characters(of("character"), tiles, thing_names, rows, whole)
         self.check_places()
+        characters, things = self.check_carrying(characters, things)
         events = self.events(of("event"), things)
         settings = self.settings(of)
         floor, wall, look = "#f1e8d8", "#7d6b5d", Look()
@@ -115,6 +130,7 @@ class _Reader(MapReader):
             self.walls_between(rows),
             self.together,
         )
+        self.check_cast(characters, settings.hypotheses == "literal")
         shares = self.shares(latents_of(characters))
         if shares and not self.problems:
             self.check_prior(shares, grid_hypotheses(spec))
@@ -127,6 +143,24 @@ class _Reader(MapReader):
             hint = "every character has a cell, and every object that is never absent"
             self.problem("world-map", message, self.map_span, hint)
         return spec
+
+    def check_cast(self, characters: tuple[Character, ...], literal: bool) -> None:
+        """Reports a cast of which too much may be true, or latents of one name."""
+        at = {block.name: block.span for block in self.blocks if block.keyword == "character"}
+        latents: dict[str, str] = {}
+        owned = [(each.latent, each.who) for each in attitudes_of(characters)]
+        owned += [(reading_of(c.name, other), c.name) for c in characters for other in c.misreads]
+        for latent, who in owned:
+            if latent in latents:
+                message = f"`{who}` and `{latents[latent]}` both have a `{latent}`"
+                hint = "give one of them a name without `_`"
+                self.problem("world-cast", message, at[who], hint)
+            latents[latent] = who
+        count = count_at_most(characters, literal)
+        if count > MOST_HYPOTHESES:
+            message = f"viewers would hold up to {count:,} hypotheses about this cast"
+            hint = f"fewer goals or values of attitudes: at most {MOST_HYPOTHESES:,}"
+            self.problem("too-large", message, at[characters[-1].name], hint)
 
     def walls_between(self, rows: list[str]) -> tuple[tuple[Cell, Cell], ...]:
         """The walls between free cells; beside a cell that is a wall they change nothing."""
@@ -176,9 +210,26 @@ class _Reader(MapReader):
             if block.keyword == "character":
                 found[goal_of(block.name)] = f"the latent of `{block.name}`'s goal"
                 found[rationality_of(block.name)] = f"the latent of `{block.name}`'s rationality"
-                if "attitude" in block.entries:
+                if {"toward", "attitude"} & set(block.entries):
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
+                for toward in self.targets(block):
+                    found[attitude_of(block.name, toward)] = found[ATTITUDE]
+                if "misreads" in block.entries:
+                    about = f"a latent of what `{block.name}` takes others to want"
+                    others = (b for b in self.blocks if b.keyword == "character")
+                    found |= {reading_of(block.name, b.name): about for b in others}
         return found
+
+    def targets(self, block: Block) -> list[str]:
+        """Whom a character has an attitude to, as it is written."""
+        toward = block.entries.get("toward")
+        if toward is None:
+            return []
+        if toward.kind == "mapping":
+            written = [who for who, _ in toward.value]
+        else:
+            written = toward.value if toward.kind == "list" else [toward]
+        return [str(who.value) for who in written if who.kind in ("name", "text")]
 
     def checked_rows(self) -> list[str]:
         rows = self.rows or []
@@ -257,7 +308,11 @@ class _Reader(MapReader):
                     message = f"`{block.name}` lies on a cell of `{owner[cell].name}`"
                     self.problem("world-tile", message, block.span, note=note)
                 owner[cell] = block
-            tiles.append(Tile(block.name, cells, color, sprite))
+            cost = self.number(
+                block, "cost", 0.0, lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"
+            )
+            one_way = self.words(block, "one_way", ACTIONS[:STAY], "direction")
+            tiles.append(Tile(block.name, cells, color, sprite, cost, one_way))
         return tuple(tiles)
 
     def tile_cells(self, block: Block, rows: list[str]) -> tuple[tuple[int, int], ...]:
@@ -324,7 +379,7 @@ class _Reader(MapReader):
                 self.problem("world-cast", message, block.span, note=note)
             owner.update(dict.fromkeys(cells, block))
 
-    def thing(self, block: Block, rows: list[str]) -> Thing:
+    def thing(self, block: Block, rows: list[str], names: tuple[str, ...]) -> Thing:
         self.known_keys(block)
         # Where the word is wrong, `yes` spares a second mistake in the events.
         default = "yes" if "may_be_absent" in block.entries or block.damaged else "no"
@@ -342,9 +397,44 @@ class _Reader(MapReader):
             span = block.keys.get("may_be_absent", block.span)
             hint = "of several that are alike all are always there"
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
-        return Thing(
-            block.name, absent, count, cells, sprite, self.color(block, "color", "#b08a5a")
-        )
+        others = tuple(name for name in names if name != block.name)
+        opened = self.words(block, "opened_by", others, "other object")
+        for name in opened[1:]:
+            message = f"one object opens `{block.name}`, `{name}` is another"
+            self.problem("world-cast", message, block.entries["opened_by"].span)
+        color = self.color(block, "color", "#b08a5a")
+        return Thing(block.name, absent, count, cells, next(iter(opened), ""), sprite, color)
+
+    def check_carrying(
+        self, characters: tuple[Character, ...], things: tuple[Thing, ...]
+    ) -> tuple[tuple[Character, ...], tuple[Thing, ...]]:
+        """Characters and things; if what is carried or opened can do something else besides, that
+        is a mistake, and nothing is."""
+        before, blocks = len(self.problems), {b.name: b for b in self.blocks}
+        carried = {name for c in characters for name in c.carries}
+        for thing in things:
+            if thing.name not in carried and not thing.opened_by:
+                continue
+            block = blocks[thing.name]
+            what = "is carried" if thing.name in carried else "is opened"
+            movers = [c.name for c in characters if thing.name in c.pushes + c.pulls]
+            wrong = {
+                "has no place at first": len(thing.cells) != 1,
+                "may be absent": thing.may_be_absent,
+                "is opened, too": thing.name in carried and bool(thing.opened_by),
+                f"is moved by {' and '.join(movers)}, too": bool(movers),
+            }
+            for told in (told for told, is_so in wrong.items() if is_so):
+                hint = "it stands where `symbol` or `cell` says until it is taken or opened"
+                self.problem("world-cast", f"`{thing.name}` {what}, but {told}", block.span, hint)
+            if thing.opened_by and thing.opened_by not in carried:
+                message = f"nobody carries `{thing.opened_by}`, which opens `{thing.name}`"
+                hint = f"a character has `carries = {thing.opened_by}`"
+                self.problem("world-cast", message, block.keys["opened_by"], hint)
+        if len(self.problems) == before and not self.incomplete:
+            return characters, things
+        plain = tuple(replace(c, carries=()) for c in characters)
+        return plain, tuple(replace(thing, opened_by="") for thing in things)
 
     def characters(
         self,
@@ -357,22 +447,34 @@ class _Reader(MapReader):
         if not blocks and not self.incomplete:
             hint = "add `character NAME`"
             self.problem("world-cast", "the world has no character", whole, hint)
-        for block in blocks[2:]:
-            message = "a world has one or two characters, this is another"
+        for block in blocks[MOST_CHARACTERS:]:
+            message = f"a world has at most {MOST_CHARACTERS} characters, this is another"
             self.problem("world-cast", message, block.span)
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
-        fond = [b for b, c in zip(blocks, found, strict=True) if c.toward]
-        if len(fond) > 1:
-            hint = "the one with an attitude models the other"
-            message = "only one character can have an attitude"
-            note = Note("the other one", fond[0].keys["toward"])
-            self.problem("world-cast", message, fond[1].keys["toward"], hint, note)
-        elif len(found) == 2 and all(c.toward or c.models for c in found):
-            message = "two characters cannot model each other"
-            self.problem("world-cast", message, blocks[1].span, "remove one of the two")
-        return found
+        return self.without_circles(blocks, found)
+
+    def without_circles(
+        self, blocks: list[Block], found: tuple[Character, ...]
+    ) -> tuple[Character, ...]:
+        """The characters; if some model each other in a circle that is a mistake, and they model
+        nobody."""
+        left, names = list(found), {c.name for c in found}
+        beside = names
+        while beside:  # who models none of the others, or is modelled by none, is in no circle
+            modelled = {name for c in left for name in c.models}
+            beside = {c.name for c in left if c.name not in modelled or not names & {*c.models}}
+            left, names = [c for c in left if c.name not in beside], names - beside
+        if not left:
+            return found
+        last = next(b for b in reversed(blocks) if b.name in names)
+        span = next(last.keys[key] for key in ("toward", "models") if key in last.keys)
+        *most, final = (f"`{c.name}`" for c in left)
+        circle = f"{', '.join(most)} and {final}"
+        hint = "whoever has an attitude toward another models it; leave out one of them"
+        self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
+        return tuple(replace(c, models=(), attitudes=(), misreads=()) for c in found)
 
     def one_character(
         self,
@@ -390,38 +492,72 @@ class _Reader(MapReader):
         goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
-        toward = self.words(block, "toward", others, "other character")
+        carries = self.words(block, "carries", things, "object")
+        attitudes = self.attitudes(block, others)
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
             hint = f"leave the line out, or write `goals = {{{NO_GOAL}}}`"
             span = block.entries["goals"].span
             self.problem("world-value", f"`{block.name}` needs a goal", span, hint)
-        attitude = self.attitude(block, "toward" in block.entries)
+        toward = tuple(name for name, _ in attitudes)
+        modelled = toward + tuple(name for name in models if name not in toward)
+        misreads = self.words(block, "misreads", others, "other character")
+        for name in (name for name in misreads if name not in modelled):
+            hint = f"`{block.name}` models those in `toward` and `models`"
+            message = f"`{block.name}` takes `{name}` for nothing, and cannot be wrong about it"
+            self.problem("world-cast", message, block.entries["misreads"].span, hint)
         return Character(
             block.name,
             success,
             goals,
             pushes,
             pulls,
-            toward[0] if toward else None,
-            attitude,
-            toward[0] if toward else models[0] if models else None,
+            carries,
+            attitudes,
+            modelled,
+            tuple(name for name in misreads if name in modelled),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )
 
-    def attitude(self, block: Block, has_target: bool) -> tuple[float, ...]:
-        value = block.entries.get("attitude")
-        if value is None:
-            if has_target and not block.damaged:
+    def attitudes(
+        self, block: Block, others: tuple[str, ...]
+    ) -> tuple[tuple[str, tuple[float, ...]], ...]:
+        """Whom a character has an attitude to, and its values: those of `attitude`, or those that
+        stand beside each in `toward`."""
+        toward, values = block.entries.get("toward"), block.entries.get("attitude")
+        if toward is not None and toward.kind == "mapping":
+            if values is not None:
+                message = "the values of each attitude stand in `toward`"
+                hint = "remove the line, or write `toward = NAME`"
+                self.problem("world-cast", message, block.keys["attitude"], hint)
+            found: dict[str, tuple[float, ...]] = {}
+            for who, several in toward.value:
+                alone = replace(block, entries={"toward": who})
+                for name in self.words(alone, "toward", others, "other character"):
+                    if name in found:
+                        self.problem("duplicate", f"`{name}` is given twice", who.span)
+                    found[name] = self.numbers(several)
+            return tuple(found.items())
+        names = self.words(block, "toward", others, "other character")
+        if values is None:
+            if toward is not None and not block.damaged:
                 message = f"`{block.name}` has no attitude toward anyone"
                 hint = "give its values: attitude = {-1, 0, 1}"
+                if len(names) > 1:
+                    each = ", ".join(f"{name}: {{-1, 0, 1}}" for name in names)
+                    hint = f"give the values of each: toward = {{{each}}}"
                 self.problem("world-cast", message, block.keys["toward"], hint)
             return ()
-        if not has_target and not block.damaged:
-            hint = "add `toward = NAME` of the other character"
+        if toward is None and not block.damaged:
+            hint = "add `toward = NAME` of another character"
             self.problem("world-cast", "an attitude toward whom?", block.keys["attitude"], hint)
+        numbers = self.numbers(values)
+        return tuple((name, numbers) for name in names)
+
+    def numbers(self, value: Value) -> tuple[float, ...]:
+        """The values of an attitude."""
         items = value.value if value.kind == "list" else [value]
         numbers: dict[float, None] = {}
         for item in items:
@@ -490,18 +626,23 @@ class _Reader(MapReader):
             value = block.entries["order"]
             if value.kind == "name" and value.value == TOGETHER and TOGETHER not in names:
                 self.together = len(characters) == 2
-                if len(characters) == 1 and not self.incomplete:
-                    self.problem("world-value", "there is only one character", value.span)
+                if not self.together and not self.incomplete:
+                    alone = len(characters) == 1
+                    message = f"there {'is' if alone else 'are'} {'only one' if alone else 'more'}"
+                    message += f" character{'' if alone else 's than two'}"
+                    hint = None if alone else "two can act at the same time; or give their order"
+                    self.problem("world-value", message, value.span, hint)
                 continue
             before = len(self.problems)
             order = self.words(block, "order", names, "character")
             if len(order) == len(characters):
                 return tuple(next(c for c in characters if c.name == n) for n in order)
-            unsure = self.incomplete or self.unsure or len(characters) > 2
+            unsure = self.incomplete or self.unsure or len(characters) > MOST_CHARACTERS
             if len(self.problems) == before and not unsure:
                 span = block.entries["order"].span
                 both = f"or `order = {TOGETHER}`: both at the same time"
-                hint = both if len(names) == 2 else None
+                missing = " and ".join(f"`{name}`" for name in names if name not in order)
+                hint = both if len(names) == 2 else f"add {missing}"
                 message = "the order must name every character once"
                 self.problem("world-value", message, span, hint)
         return characters

@@ -4,31 +4,30 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
-from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward, residual_at
+from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.problems import (
     Key,
+    answering,
+    choices,
     costs,
     expectations,
+    ground,
     imagined,
     on_goal,
     problem_keys,
     rules_of,
 )
 from i2pdsl.worlds.grid.spec import GridSpec
-
-MakeResponse = Callable[[int], "Response"]
-"""An answer for a number of problems."""
 
 Report = Callable[[str, int, float, float | None], None]
 """Progress: (stage, sweep, residual, expected number of sweeps or None)."""
@@ -72,7 +71,7 @@ def estimated_bytes(spec: GridSpec) -> int:
 
 def _arrangements(spec: GridSpec) -> int:
     """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
-    return (len(spec.free_cells) + 1) ** len(spec.entities)
+    return spec.place_count ** len(spec.entities)
 
 
 def check_memory(spec: GridSpec) -> None:
@@ -147,21 +146,12 @@ def _plan_of(
     count = next(iter(shapes.values()))[0]
     # Nobody who writes the file can know the sample.
     some = np.arange(count) if count <= SAMPLE else np.random.default_rng().choice(count, SAMPLE)
-    built, residuals = dynamics(), {}
-    if not _is_plain(spec):
-        residual = _residual(spec, built, keys, values, some)
-        if not residual <= 2 * max(_tolerance(spec, who) for who in range(len(keys))):
+    residuals = _residuals(spec, dynamics(), keys, values, some)
+    for who, residual in enumerate(residuals):
+        rounding = 16 * float(np.finfo(values[who].dtype).eps * np.abs(values[who]).max())
+        if not residual <= 2 * _tolerance(spec, who) + rounding:
             return None
-        return Plan(keys, values, residual, _far(spec) * residual)
-    for who in _order(spec):
-        with np.errstate(all="ignore"):  # numbers of any size may stand in a file
-            problem = _problem_of(spec, built, who, keys, dict(enumerate(values)), some)
-            residuals[who] = residual_at(problem, values[who], some)
-        rounding = 16 * np.finfo(float).eps * np.abs(values[who]).max()
-        if not residuals[who] <= 2 * _tolerance(spec, who) + rounding:
-            return None
-    bound = _bound(spec, residuals, dict(enumerate(values)))
-    return Plan(keys, values, max(residuals.values()), bound)
+    return Plan(keys, values, max(residuals), _bound(spec, residuals, values))
 
 
 def _digest(keys: tuple[tuple[Key, ...], ...]) -> str:
@@ -192,8 +182,8 @@ def solve(
     if not _is_plain(spec):
         return _solve_by_induction(spec, dynamics, keys, tolerance, report, say)
     found: dict[int, np.ndarray] = {}
-    residuals: dict[int, float] = {}
-    for who in _order(spec):
+    residuals = [0.0] * len(keys)
+    for who in map(spec.characters.index, spec.by_depth):
         problem = _problem_of(spec, dynamics, who, keys, found)
         try:
             solution = solve_problems(
@@ -207,13 +197,8 @@ def solve(
             raise _not_settled(spec, str(problem_)) from None
         found[who], residuals[who] = solution.continuation, solution.residual
     arrays = tuple(found[i] for i in range(len(keys)))
-    bound = _bound(spec, residuals, found)
-    return Plan(keys, arrays, max(residuals.values()), bound, time.perf_counter() - started)
-
-
-def _order(spec: GridSpec) -> list[int]:
-    """The characters, the modeller last."""
-    return sorted(range(len(spec.characters)), key=lambda i: spec.characters[i] == spec.modeller)
+    bound, seconds = _bound(spec, residuals, arrays), time.perf_counter() - started
+    return Plan(keys, arrays, max(residuals), bound, seconds)
 
 
 def _problem_of(
@@ -222,17 +207,26 @@ def _problem_of(
     who: int,
     keys: tuple[tuple[Key, ...], ...],
     found: dict[int, np.ndarray],
-    states: Any = slice(None),
 ) -> Problem:
-    """The problems of a character. The modeller's need the continuations of the other, and are
-    for `states` only (value_iteration.residual_at)."""
-    other = 1 - who if len(keys) == 2 else None
-    if spec.characters[who] != spec.modeller or other is None:
-        return _problem(spec, dynamics, who, keys[who], _level0(spec, dynamics, other))
-    partner = _problem(spec, dynamics, other, keys[other], _level0(spec, dynamics, who))
-    policy = boltzmann(partner, found[other], spec.settings.beta, states)
-    answer = _modelled(spec, dynamics, other, keys[other], keys[who], policy, states)
-    return _problem(spec, dynamics, who, keys[who], answer)
+    """The problems of a character; they need the continuations of those whom it models."""
+    problem = _alone(spec, dynamics, who, keys[who])
+    answers = []
+    for other in answering(spec, who):
+        seen = choices(spec, keys, who, other)
+        if seen is None:
+            policy, social = imagined(spec, other)[None, :, None], None
+            choice, rho = np.zeros(len(keys[who]), dtype=int), np.zeros(len(keys[who]))
+        else:
+            choice, rho = seen
+            theirs = _alone(spec, dynamics, other, keys[other])
+            policy = boltzmann(theirs, found[other], spec.settings.beta)
+            social = expected_reward(policy, theirs.reward[:, theirs.goal], costs(spec, other))
+            at_random = np.full((1, *policy.shape[1:]), 1 / policy.shape[1])
+            policy = np.concatenate([policy, at_random])
+            social = np.concatenate([social, np.zeros((len(social), 1))], axis=1)
+        success = spec.characters[other].success
+        answers.append(Response(dynamics.successor[other], success, policy, choice, social, rho))
+    return replace(problem, answers=tuple(answers))
 
 
 def _tolerance(spec: GridSpec, who: int) -> float:
@@ -246,35 +240,40 @@ def _tolerance(spec: GridSpec, who: int) -> float:
     numbers = spec.settings
     far = 1 - numbers.gamma
     wanted = min(1e-6, 1e-4 * far) * min(1.0, 2 / max(numbers.beta, 1e-9))
-    modeller = spec.modeller
-    if modeller is not None and spec.characters[who] != modeller:
-        wanted *= MODELLED * min(1.0, 100 * far) ** 2
+    wanted *= (MODELLED * min(1.0, 100 * far) ** 2) ** _modelled(spec, spec.characters[who].name)
     return max(wanted, 2 * float(np.finfo(float).eps) * _largest_reward(spec, who) / far)
+
+
+def _modelled(spec: GridSpec, name: str) -> int:
+    """How many model it one behind the other."""
+    above = (c.name for c in spec.characters if name in c.models)
+    return max((1 + _modelled(spec, each) for each in above), default=0)
 
 
 def _largest_reward(spec: GridSpec, who: int) -> float:
     """The largest reward of a character for a turn, whatever its sign."""
     numbers, c = spec.settings, spec.characters[who]
     own = abs(numbers.goal) + max(abs(numbers.move), abs(numbers.stay))
-    return own * (1 + max((abs(rho) for rho in c.attitude), default=0.0))
+    own += max((abs(tile.cost) for tile in spec.tiles), default=0.0)
+    return own * (1 + sum(max(map(abs, values)) for _, values in c.attitudes))
 
 
-def _bound(spec: GridSpec, residuals: dict[int, float], found: dict[int, np.ndarray]) -> float:
+def _bound(spec: GridSpec, residuals: list[float], found: tuple[np.ndarray, ...]) -> float:
     """How far the values may be from the truth: each from the solution of its own equation, and
-    the modeller's also because the other's policy is that of values not quite right.
+    a modeller's also because others' policies are those of values not quite right.
 
-    An error e of the other's values changes the odds of its actions by at most exp(2 beta e), and
+    An error e of another's values changes the odds of its actions by at most exp(2 beta e), and
     a policy that differs by d in sum gives values that differ by at most d / (1 - gamma) times
     half the range of what comes after it.
     """
-    far = 1 - spec.settings.gamma
-    bounds = {who: residual / far for who, residual in residuals.items()}
-    modeller = spec.modeller
-    if modeller is not None and len(bounds) == 2:
-        who = spec.characters.index(modeller)
-        changed = np.expm1(2 * spec.settings.beta * bounds[1 - who])
-        after = np.ptp(found[who], axis=0).max() / 2 + 2 * _largest_reward(spec, who)
-        bounds[who] += float(changed * after / far)
+    if not _is_plain(spec):
+        return _far(spec) * max(residuals)
+    bounds: dict[str, float] = {}
+    for c in spec.by_depth:
+        who = spec.characters.index(c)
+        changed = sum(float(np.expm1(2 * spec.settings.beta * bounds[name])) for name in c.models)
+        after = float(np.ptp(found[who], axis=0).max()) / 2 + 2 * _largest_reward(spec, who)
+        bounds[c.name] = _far(spec) * (residuals[who] + changed * after)
     return max(bounds.values())
 
 
@@ -283,83 +282,21 @@ def _not_settled(spec: GridSpec, reason: str) -> StoryError:
     return error("planning", f"planning did not settle: {reason}", whole_file(spec.name), hint)
 
 
-def _rewards(
-    spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The goal rewards [S, G] of a character's distinct goals, and each problem's goal [P]."""
-    own = [str(key[-2] if len(key) == 3 else key[0]) for key in keys]
+def _alone(spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]) -> Problem:
+    """The problems of a character whom nobody answers."""
+    own = [key.goal for key in keys]
     goals = list(dict.fromkeys(own))
-    table = on_goal(spec, dynamics, goals) * spec.settings.goal
-    reward = table[:, dynamics.cells[:, who]].T
-    return np.ascontiguousarray(reward), np.array([goals.index(g) for g in own])
-
-
-def _problem(
-    spec: GridSpec,
-    dynamics: Dynamics,
-    who: int,
-    keys: tuple[Key, ...],
-    answer: MakeResponse | None,
-) -> Problem:
-    reward, goal = _rewards(spec, dynamics, who, keys)
+    standing = on_goal(spec, dynamics, goals) * spec.settings.goal
+    here = dynamics.cells[:, who]
+    reward = standing[:, here].T - ground(spec, dynamics)[here, None]
     return Problem(
         successor=dynamics.successor[who],
         success=spec.characters[who].success,
-        reward=reward,
+        reward=np.ascontiguousarray(reward),
         cost=costs(spec, who),
-        goal=goal,
+        goal=np.array([goals.index(goal) for goal in own]),
         gamma=spec.settings.gamma,
-        answer=None if answer is None else answer(len(keys)),
     )
-
-
-def _level0(spec: GridSpec, dynamics: Dynamics, other: int | None) -> MakeResponse | None:
-    """How one who models nobody believes that the other acts: uniformly, or by the costs."""
-    if other is None:
-        return None
-    policy = imagined(spec, other)[None, :, None]
-
-    def answer(problems: int) -> Response:
-        return Response(
-            successor=dynamics.successor[other],
-            success=spec.characters[other].success,
-            policy=policy,
-            choice=np.zeros(problems, dtype=int),
-            social=None,
-            rho=np.zeros(problems),
-        )
-
-    return answer
-
-
-def _modelled(
-    spec: GridSpec,
-    dynamics: Dynamics,
-    other: int,
-    other_keys: tuple[Key, ...],
-    keys: tuple[Key, ...],
-    policy: np.ndarray,
-    states: Any,
-) -> MakeResponse:
-    """The modelled one's softmax policies in `states`, and a uniform one where he is irrational."""
-    reward, goal = _rewards(spec, dynamics, other, other_keys)
-    social = expected_reward(policy, reward[states][:, goal], costs(spec, other))
-    models = bool(spec.characters[1 - other].models)
-    names = [key[0] for key in other_keys]
-    uniform = np.full((1, *policy.shape[1:]), 1 / policy.shape[1])
-    choice = [names.index(key[0]) if key[0] is not None and models else len(names) for key in keys]
-
-    def answer(problems: int) -> Response:
-        return Response(
-            successor=dynamics.successor[other],
-            success=spec.characters[other].success,
-            policy=np.concatenate([policy, uniform]),
-            choice=np.array(choice),
-            social=np.concatenate([social, np.zeros((len(social), 1))], axis=1),
-            rho=np.array([key[2] or 0.0 for key in keys]),
-        )
-
-    return answer
 
 
 # With a horizon, or together (induction.py).
@@ -401,7 +338,7 @@ def _solve_by_induction(
         values = by_frames(tables, against, spec.together, numbers.horizon, numbers.end, told, say)
         count = dynamics.state_count * spec.frame_count
         some = np.arange(0, count, max(1, count // SAMPLE))
-        residual = _residual(spec, dynamics, keys, values, some)
+        residuals = _residuals(spec, dynamics, keys, values, some)
     else:
         tables = rules_of(spec, dynamics, keys, frames=False)
         wanted = [tolerance or _tolerance(spec, who) for who in range(len(keys))]
@@ -409,19 +346,18 @@ def _solve_by_induction(
             values, residuals = without_end(tables, against, wanted, told, say)
         except NotSettledError as problem:
             raise _not_settled(spec, str(problem)) from None
-        residual = max(residuals)
     seconds = time.perf_counter() - started
-    return Plan(keys, values, residual, _far(spec) * residual, seconds)
+    return Plan(keys, values, max(residuals), _bound(spec, residuals, values), seconds)
 
 
-def _residual(
+def _residuals(
     spec: GridSpec,
     dynamics: Dynamics,
     keys: tuple[tuple[Key, ...], ...],
     values: tuple[np.ndarray, ...],
     some: np.ndarray,
-) -> float:
-    """How far values are from what those of the next frame imply, in some states."""
+) -> list[float]:
+    """How far each character's values are from what those that come after imply, in some states."""
     from i2pdsl.worlds.grid.induction import implied
 
     numbers, against = spec.settings, expectations(spec, keys)
@@ -429,10 +365,10 @@ def _residual(
     tables = tables._replace(continuation=values)
     last = (numbers.horizon - 1) * dynamics.state_count
     is_last = some >= last if numbers.horizon else some < 0
-    worst = 0.0
+    worst = [0.0] * len(keys)
     for states, end in ((some[~is_last], None), (some[is_last], numbers.end)):
         for who in range(len(keys)) if len(states) else ():
             with np.errstate(all="ignore"):  # numbers of any size may stand in a file
                 found = implied(tables, against, spec.together, who, states, end)
-                worst = max(worst, float(np.abs(found - values[who][states]).max()))
+                worst[who] = max(worst[who], float(np.abs(found - values[who][states]).max()))
     return worst

@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
-from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
+from i2pdsl.worlds.hypotheses import (
+    Hypothesis,
+    attitudes_of,
+    goal_of,
+    rationality_of,
+    reading_of,
+)
 
-Key = tuple[str | float | None, ...]
-"""A planning problem: (goal,), or for one who models the other (the other's goal, own goal, rho);
-the other's goal is None where the other is irrational."""
+
+class Key(NamedTuple):
+    """A planning problem of a character: what it wants, and what it thinks of those it models."""
+
+    goal: str
+    others: tuple[Modelled, ...] = ()
+
+
+class Modelled(NamedTuple):
+    """Another as one who models it sees it.
+
+    Attributes:
+        rho: how much its reward counts; None where no attitude to it is known of.
+        key: the problem that it solves; None where it acts at random.
+    """
+
+    name: str
+    rho: float | None
+    key: Key | None
 
 
 def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
@@ -25,16 +49,21 @@ def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
     return tuple(found)
 
 
-def problem_of(spec: GridSpec, character: Character, row: dict[str, float | str | bool]) -> Key:
+def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
     """The problem that a rational character solves under a hypothesis."""
-    own = str(row[goal_of(character.name)])
-    modeller = spec.modeller
-    if modeller is None or modeller.name != character.name:
-        return (own,)
-    other = next(c for c in spec.characters if c.name != character.name)
-    rho = row.get(ATTITUDE)
-    believed = row.get(goal_of(other.name))
-    return (None if believed is None else str(believed), own, None if rho is None else float(rho))
+    latents = {
+        each.toward: each.latent
+        for each in attitudes_of(spec.characters)
+        if each.who == character.name
+    }
+    others = []
+    for name in character.models:
+        rational, taken = row[rationality_of(name)], row.get(reading_of(character.name, name))
+        seen = row if taken is None else row | {goal_of(name): taken}
+        key = problem_of(spec, spec.character(name), seen) if rational else None
+        rho = float(row[latents[name]]) if name in latents else None
+        others.append(Modelled(name, rho, key))
+    return Key(str(row[goal_of(character.name)]), tuple(others))
 
 
 def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
@@ -55,6 +84,15 @@ def on_goal(spec: GridSpec, dynamics: Dynamics, goals: list[str]) -> np.ndarray:
     return table
 
 
+def ground(spec: GridSpec, dynamics: Dynamics) -> np.ndarray:
+    """What any action on a cell costs besides: [M]; nothing where there is no cell."""
+    found = np.zeros(spec.place_count)
+    cells = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
+    for tile in spec.tiles:
+        found[[cells[cell] for cell in tile.cells]] = tile.cost
+    return found
+
+
 def imagined(spec: GridSpec, other: int) -> np.ndarray:
     """The policy of level 0: [A]."""
     cost = costs(spec, other)
@@ -65,29 +103,59 @@ def imagined(spec: GridSpec, other: int) -> np.ndarray:
     return weights / weights.sum()
 
 
-def expectations(spec: GridSpec, keys: tuple[tuple[Key, ...], ...]) -> tuple[Against, ...] | None:
-    """What each character expects of the other in each of its problems; None of one alone."""
-    if len(keys) == 1:
-        return None
-    found = []
+def answering(spec: GridSpec, who: int) -> tuple[int, ...]:
+    """Those who act between two actions of a character, in their order."""
+    count = len(spec.characters)
+    return tuple((who + k) % count for k in range(1, count))
+
+
+def expectations(
+    spec: GridSpec, keys: tuple[tuple[Key, ...], ...]
+) -> tuple[tuple[Against, ...], ...]:
+    """What each character expects of each of those who answer it, in each of its problems."""
     success = tuple(np.array(c.success) if c.is_weak else None for c in spec.characters)
-    for who, own in enumerate(keys):
-        other = 1 - who
-        beta, nobody = np.full(len(keys[other]), spec.settings.beta), np.zeros(len(own))
-        policy = imagined(spec, other)
-        if spec.characters[who] != spec.modeller:
-            fixed = np.repeat(policy[:, None], len(own), axis=1)
-            found.append(Against(fixed, None, nobody.astype(bool), beta, nobody, success))
-            continue
-        names, models = [key[0] for key in keys[other]], bool(spec.characters[who].models)
-        known = np.array([models and key[0] is not None for key in own])
-        problem = [
-            names.index(key[0]) if is_known else 0 for key, is_known in zip(own, known, strict=True)
-        ]
-        fixed = np.full((len(policy), len(own)), 1 / len(policy))
-        rho = np.array([float(key[2] or 0) for key in own])
-        found.append(Against(fixed, np.array(problem), known, beta, rho, success))
-    return tuple(found)
+    return tuple(
+        tuple(_expected(spec, keys, who, other, success) for other in answering(spec, who))
+        for who in range(len(keys))
+    )
+
+
+def _expected(
+    spec: GridSpec,
+    keys: tuple[tuple[Key, ...], ...],
+    who: int,
+    other: int,
+    success: tuple[np.ndarray | None, ...],
+) -> Against:
+    """What a character expects of another in each of its problems."""
+    seen, problems = choices(spec, keys, who, other), len(keys[who])
+    beta = np.full(len(keys[other]), spec.settings.beta)
+    if seen is None:
+        fixed, nobody = (
+            np.repeat(imagined(spec, other)[:, None], problems, axis=1),
+            np.zeros(problems),
+        )
+        return Against(fixed, None, nobody.astype(bool), beta, nobody, success)
+    problem, rho = seen
+    count = len(spec.characters[other].actions)
+    fixed = np.full((count, problems), 1 / count)
+    known = problem < len(keys[other])
+    return Against(fixed, np.where(known, problem, 0), known, beta, rho, success)
+
+
+def choices(
+    spec: GridSpec, keys: tuple[tuple[Key, ...], ...], who: int, other: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Of another whom a character models: in each of its problems [P] the number of the other's
+    problem, or how many there are where it acts at random, and how much its reward counts. None
+    where it is not modelled."""
+    name = spec.characters[other].name
+    if name not in spec.characters[who].models:
+        return None
+    seen = [next(m for m in key.others if m.name == name) for key in keys[who]]
+    numbers = {key: number for number, key in enumerate(keys[other])}
+    problem = [len(numbers) if m.key is None else numbers[m.key] for m in seen]
+    return np.array(problem), np.array([m.rho or 0.0 for m in seen])
 
 
 def rules_of(
@@ -99,7 +167,7 @@ def rules_of(
         frames: whether the numbers of states tell the frame.
     """
     nothing = np.zeros(0)
-    goals = tuple(on_goal(spec, dynamics, goals_of(each)) for each in keys)
+    goals = tuple(on_goal(spec, dynamics, [key.goal for key in each]) for each in keys)
     return Tables(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
@@ -109,6 +177,7 @@ def rules_of(
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
         cost=costs(spec),
+        ground=ground(spec, dynamics),
         gamma=np.array(spec.settings.gamma),
         reward=np.array(spec.settings.goal),
         continuation=(),
@@ -120,8 +189,3 @@ def rules_of(
         layer=np.array(dynamics.state_count) if frames else None,
         against=expectations(spec, keys) if spec.together else None,
     )
-
-
-def goals_of(keys: tuple[Key, ...]) -> list[str]:
-    """Each problem's goal of the character itself."""
-    return [str(key[1] if len(key) == 3 else key[0]) for key in keys]

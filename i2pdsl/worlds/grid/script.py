@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from itertools import product
 from typing import Any, NoReturn
 
@@ -19,13 +20,17 @@ APART = 2.0  # cells: two scripts look alike if everyone stands closer than this
 _FAR = 4.0  # distance of something present from something absent
 
 
-def state_as_json(spec: GridSpec, dynamics: Any, state: int) -> dict[str, list[int] | None]:
-    """A state as the script file has it: [column, row] for each entity, or None."""
-    cells = dynamics.cells_of(state)
-    return {
-        name: None if cell == dynamics.absent else [int(x) for x in dynamics.coordinates[cell]]
-        for name, cell in zip(spec.entities, cells, strict=True)
-    }
+def state_as_json(spec: GridSpec, dynamics: Any, state: int) -> dict[str, list[int] | str | None]:
+    """A state as the script file has it: [column, row] for each entity, the name of who carries
+    it, or None."""
+    found: dict[str, list[int] | str | None] = {}
+    for name, cell in zip(spec.entities, dynamics.cells_of(state), strict=True):
+        if cell < dynamics.absent:
+            found[name] = [int(x) for x in dynamics.coordinates[cell]]
+        else:
+            who = int(cell) - dynamics.absent - 1
+            found[name] = None if who < 0 else spec.characters[who].name
+    return found
 
 
 def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], ...]:
@@ -71,10 +76,7 @@ def kept_in_words(world: GridWorld, path: Trajectory, first: int, last: int) -> 
     picture from which it can come, and then what is done."""
     spec, states, actions = world.spec, path.states, path.actions
     state = state_as_json(spec, world.dynamics, int(states[first]))
-    told = [
-        f"absent({name})" if cell is None else f"at({name}, ({cell[0]}, {cell[1]}))"
-        for name, cell in state.items()
-    ]
+    told = [placed_in_words(name, place) for name, place in state.items()]
     if actions[first - 1] < world.moves.turn_count:
         ask = lambda name, *arguments: world.feature(
             world.tables, name, arguments, states[first], states[first - 1], actions[first - 1]
@@ -94,10 +96,16 @@ def kept_in_words(world: GridWorld, path: Trajectory, first: int, last: int) -> 
     ]
 
 
+def placed_in_words(name: str, place: Sequence[int] | str | None) -> str:
+    """Where something is in a state of a script file, as a condition."""
+    if isinstance(place, str):
+        return f"holds({place}, {name})"
+    return f"absent({name})" if place is None else f"at({name}, ({place[0]}, {place[1]}))"
+
+
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
-    counts = world.moves.counts
-    numbers = [action] if len(counts) == 1 else [action // counts[1], action % counts[1]]
-    return [world.moves.outcomes(who)[n] for who, n in enumerate(numbers)]
+    numbers = np.unravel_index(action, world.moves.counts)
+    return [world.moves.outcomes(who)[int(n)] for who, n in enumerate(numbers)]
 
 
 def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
@@ -111,7 +119,8 @@ def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
     """
     cells_of, absent = world.dynamics.cells_of, world.dynamics.absent
     a, b = cells_of(first).astype(np.int64), cells_of(second).astype(np.int64)
-    images = (np.array((*image, absent)) for image in symmetries(world.spec))
+    nowhere = range(absent, world.spec.place_count)
+    images = (np.array((*image, *nowhere)) for image in symmetries(world.spec))
     return min(_apart(world, a, image[b]) for image in images)
 
 
@@ -123,8 +132,14 @@ def _apart(world: GridWorld, a: np.ndarray, b: np.ndarray) -> float:
     place = world.tables.coordinates
     apart = np.abs(place[a] - place[b]).sum(-1).astype(float)
     absent = world.dynamics.absent
-    apart = np.where((a == absent) != (b == absent), _FAR, np.minimum(apart, 2 * _FAR))
+    apart = np.where((a >= absent) != (b >= absent), _FAR, np.minimum(apart, 2 * _FAR))
     return float(apart.mean(0)[moves].max())
+
+
+def _somewhere(place: list[int] | str | None) -> str:
+    if isinstance(place, str):
+        return f"with {place}"
+    return "absent" if place is None else f"at {place}"
 
 
 class GridReader:
@@ -167,8 +182,17 @@ class GridReader:
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
         state = int(self.dynamics.lookup[code])
         if state < 0:
-            places = [tuple(cells[name] or (name,)) for name in self.spec.entities]
-            if len(set(places)) == len(places):
+            there = [tuple(c) for c in cells.values() if isinstance(c, list | tuple)]
+            fixed = [t for t in self.spec.things if t.opened_by or self.spec.holders(t.name)]
+            for thing in fixed:
+                if (
+                    isinstance(cells[thing.name], list | tuple)
+                    and tuple(cells[thing.name]) != thing.cells[0]
+                ):
+                    self.wrong(
+                        where, f"`{thing.name}` cannot be moved to {list(cells[thing.name])}"
+                    )
+            if len(set(there)) == len(there):
                 self.wrong(where, "nobody can come there in time from where they are at first")
             self.wrong(where, "two of them stand on one cell")
         if where == "start" and state not in self.world.starts():
@@ -178,11 +202,17 @@ class GridReader:
         return state
 
     def cell(self, name: str, place: Any, where: str) -> int:
+        thing = next((t for t in self.spec.things if t.name == name), None)
         if place is None:
-            thing = next((t for t in self.spec.things if t.name == name), None)
-            if thing is None or not thing.may_be_absent:
+            if thing is None or not (thing.may_be_absent or thing.opened_by):
                 self.wrong(where, f"`{name}` cannot be absent")
             return self.dynamics.absent
+        if isinstance(place, str):
+            holders = self.spec.holders(name) if thing else ()
+            who = next((i for i in holders if self.spec.characters[i].name == place), None)
+            if who is None:
+                self.wrong(where, f"`{shorten(place)}` cannot carry `{name}`")
+            return self.dynamics.absent + 1 + who
         good = (
             isinstance(place, list | tuple)
             and len(place) == 2
@@ -212,8 +242,7 @@ class GridReader:
         given = state_as_json(self.spec, self.dynamics, expected)
         for name, place in rules.items():
             if given[name] != place:
-                shown = "absent" if place is None else f"at {place}"
-                got = "absent" if given[name] is None else f"at {given[name]}"
+                shown, got = map(_somewhere, (place, given[name]))
                 self.wrong(where, f"by the world's rules `{name}` is {shown}, not {got}")
         raise AssertionError("two states differ in no entity")
 

@@ -26,26 +26,42 @@ GROUNDS = ("checker", "boards", "grass", "plain")
 
 @dataclass(frozen=True)
 class Tile:
-    """A kind of floor that can be a goal; it may lie on several cells (column, row)."""
+    """A kind of floor that can be a goal; it may lie on several cells (column, row).
+
+    Attributes:
+        cost: what each action of who stands there costs besides.
+        one_way: the only directions in which anything gets onto its cells, and off them; any way
+            where there are none.
+    """
 
     name: str
     cells: tuple[tuple[int, int], ...]
     color: str
     sprite: str = ""
+    cost: float = 0.0
+    one_way: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Character:
-    """Someone who acts. `toward` names the other character whom this one has an attitude to."""
+    """Someone who acts.
+
+    Attributes:
+        attitudes: the others whom this one has an attitude to, and how large that may be.
+        models: the others whose plans this one sees through; those of `attitudes` are among them.
+        misreads: those of them of whom it may be wrong about what they want.
+        carries: the objects that it takes by stepping on their cells, and keeps.
+    """
 
     name: str
     success: float = 1.0
     goals: tuple[str, ...] = ()
     pushes: tuple[str, ...] = ()
     pulls: tuple[str, ...] = ()
-    toward: str | None = None
-    attitude: tuple[float, ...] = ()
-    models: str | None = None
+    carries: tuple[str, ...] = ()
+    attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    models: tuple[str, ...] = ()
+    misreads: tuple[str, ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
@@ -64,13 +80,15 @@ class Character:
 class Thing:
     """An object that stands in the way, and can be moved by those who push or pull it.
 
-    Several of a `count` are all alike, so who is who of them is not part of a state.
+    Several of a `count` are all alike, so who is who of them is not part of a state. One that is
+    `opened_by` another is a door: it is gone once somebody who carries that steps into it.
     """
 
     name: str
     may_be_absent: bool = False
     count: int = 1
     cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
+    opened_by: str = ""
     sprite: str = "box"
     color: str = "#b08a5a"
 
@@ -119,7 +137,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class GridSpec:
-    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting.
+    """A grid world. `rows` is the map, `#` a wall; characters stand in the order of acting. Who
+    models whom has no circles.
 
     Attributes:
         walls: pairs of neighbouring cells between which there is a wall, the northern or western
@@ -171,6 +190,35 @@ class GridSpec:
         return tuple(found)
 
     @property
+    def places(self) -> tuple[tuple[int, ...], ...]:
+        """The numbers of the cells that each entity can be on, [E]: those of the free cells; then
+        that of absence; then, for what is carried, that of each character who has it.
+
+        What is carried, or a door, is not moved otherwise.
+        """
+        absent, everywhere = len(self.free_cells), tuple(range(len(self.free_cells)))
+        found = [everywhere] * len(self.characters)
+        for thing in self.things:
+            holders = self.holders(thing.name)
+            if holders or thing.opened_by:
+                first = self.free_cells.index(thing.cells[0])
+                away = (absent,) if thing.opened_by else ()
+                found.append((first, *away, *(absent + 1 + who for who in holders)))
+            else:
+                found += [everywhere + (absent,) * thing.may_be_absent] * thing.count
+        return tuple(found)
+
+    def holders(self, thing: str) -> tuple[int, ...]:
+        """The characters who carry something."""
+        return tuple(who for who, c in enumerate(self.characters) if thing in c.carries)
+
+    @property
+    def place_count(self) -> int:
+        """How many numbers of cells there are: of free ones, of absence, and of being carried."""
+        carried = any(c.carries for c in self.characters)
+        return len(self.free_cells) + 1 + carried * len(self.characters)
+
+    @property
     def is_limited(self) -> bool:
         """Whether there are only the states that can be reached in time from a single one."""
         return bool(self.settings.horizon) and None not in self.placed
@@ -196,18 +244,23 @@ class GridSpec:
         """How many states there are: no two on a cell, absent things on none, like ones in order
         only. Those of each frame are counted once; where `is_limited`, there are fewer."""
         cells = len(self.free_cells)
-        placed = {0: 1}  # number of things present -> number of ways to choose which
+        placed = {(0, 0): 1}  # of things that can be anywhere, of those with a cell of their own
         for thing in self.things:
-            grown = {k + thing.count: ways for k, ways in placed.items()}
-            if thing.may_be_absent:
-                for k, ways in placed.items():
-                    grown[k] = grown.get(k, 0) + ways
+            elsewhere = len(self.holders(thing.name)) + bool(thing.opened_by)
+            is_fixed = elsewhere > 0
+            away = elsewhere or thing.may_be_absent  # how many other places there are
+            grown: dict[tuple[int, int], int] = {}
+            for (free, fixed), ways in placed.items():
+                there = (free, fixed + 1) if is_fixed else (free + thing.count, fixed)
+                grown[there] = grown.get(there, 0) + ways
+                if away:
+                    grown[free, fixed] = grown.get((free, fixed), 0) + ways * away
             placed = grown
         total = 0
-        for present, ways in placed.items():
+        for (free, fixed), ways in placed.items():
             arrangements = ways
-            for k in range(len(self.characters) + present):
-                arrangements *= max(0, cells - k)
+            for k in range(len(self.characters) + free):
+                arrangements *= max(0, cells - fixed - k)
             total += arrangements
         alike = math.prod(math.factorial(thing.count) for thing in self.things)
         return total // alike
@@ -217,15 +270,16 @@ class GridSpec:
         """How many frames planning tells apart: those of the horizon, or all are alike."""
         return max(1, self.settings.horizon)
 
-    @property
-    def social(self) -> Character | None:
-        """The character with an attitude, if there is one."""
-        return next((c for c in self.characters if c.toward), None)
-
-    @property
-    def modeller(self) -> Character | None:
-        """The character who plans against the other's policy (level 2), if there is one."""
-        return self.social or next((c for c in self.characters if c.models), None)
+    @cached_property
+    def by_depth(self) -> tuple[Character, ...]:
+        """The characters, each after those whom it models; else in the order of acting."""
+        found: list[Character] = []
+        while len(found) < len(self.characters):
+            known = {c.name for c in found}
+            found.append(
+                next(c for c in self.characters if c not in found and known >= {*c.models})
+            )
+        return tuple(found)
 
     def character(self, name: str) -> Character:
         return next(c for c in self.characters if c.name == name)
@@ -249,7 +303,13 @@ class GridSpec:
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),
             *((content, key) for key in ("walls", "together")),
-            *((item, "pulls") for item in content["characters"]),
+            *(
+                (item, key)
+                for item in content["characters"]
+                for key in ("pulls", "carries", "misreads")
+            ),
+            *((item, "opened_by") for item in content["things"]),
+            *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),
             *((item, "cell") for item in content["characters"]),
             *((item, "cells") for item in content["things"]),
         ):

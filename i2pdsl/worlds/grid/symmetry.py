@@ -52,7 +52,8 @@ def _keeps_walls(
 def _keeps_goals(
     spec: GridSpec, images: tuple[int, ...], number: dict[tuple[int, int], int]
 ) -> bool:
-    """Whether every tile goes to a tile, and everyone's goals to his goals."""
+    """Whether every tile goes to a tile, everyone's goals to his goals, and what has a cell of its
+    own to itself."""
     named = {frozenset(number[cell] for cell in tile.cells): tile.name for tile in spec.tiles}
     renamed = {}
     for cells, name in named.items():
@@ -60,5 +61,8 @@ def _keeps_goals(
         if image is None:
             return False
         renamed[name] = image
+    fixed = [t.cells for t in spec.things if t.opened_by or spec.holders(t.name)]
+    if any(images[number[cell]] != number[cell] for cells in fixed for cell in cells):
+        return False
     wanted = [set(c.goals) for c in spec.characters]
     return all({renamed.get(goal, goal) for goal in goals} == goals for goals in wanted)

@@ -37,6 +37,11 @@ PREDICATES = (
     ),
 )
 _BY_PAIRS = ("sees", "distance")
+OF_CARRYING = (
+    Predicate("holds", ("character", "object"), "the character carries the object"),
+    Predicate("takes", ("character", "object"), "the action of the first took the second", True),
+    Predicate("opens", ("character", "object"), "the action of the first opened the second", True),
+)
 _DOCUMENTATION = {
     "goal": "reward for acting on one's own goal tile",
     "move": "reward of a move",
@@ -56,6 +61,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     """The vocabulary of a grid world, from its .world file alone."""
     characters = tuple(c.name for c in spec.characters)
     actions = ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS
+    carries = any(c.carries for c in spec.characters)
     columns = len(spec.rows[0]) if spec.rows else 0
     return Vocabulary(
         world=spec.name,
@@ -66,14 +72,14 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         actions=actions,
         can_fail=frozenset(c.name for c in spec.characters if c.is_weak),
         things=tuple(name for t in spec.things for name in t.names),
-        may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent),
+        may_be_absent=frozenset(t.name for t in spec.things if t.may_be_absent or t.opened_by),
         places={t.name: t.cells for t in spec.tiles},
         columns=columns,
         rows=len(spec.rows),
         events=dict(spec.events),
         predicates={
             p.name: p
-            for p in PREDICATES
+            for p in (*PREDICATES, *(OF_CARRYING if carries else ()))
             if p.name not in _BY_PAIRS or len(spec.free_cells) <= MOST_SEEN
         },
         settings={

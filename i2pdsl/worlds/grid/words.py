@@ -7,17 +7,19 @@ from i2pdsl.language.builtins import RESERVED, STATEMENT_WORDS
 from i2pdsl.worlds.grid.spec import ALL_ACTIONS, NO_GOAL
 
 KEYS: dict[str, tuple[str, ...]] = {
-    "tile": ("symbol", "cell", "sprite", "color"),
-    "object": ("symbol", "cell", "may_be_absent", "count", "sprite", "color"),
+    "tile": ("symbol", "cell", "cost", "one_way", "sprite", "color"),
+    "object": ("symbol", "cell", "may_be_absent", "count", "opened_by", "sprite", "color"),
     "character": (
         *(
             "success",
             "goals",
             "pushes",
             "pulls",
+            "carries",
             "toward",
             "attitude",
             "models",
+            "misreads",
             "symbol",
             "cell",
             "sprite",
@@ -55,25 +57,27 @@ def taken(name: str) -> str | None:
 
 
 _MOVES = "there are no other moves than one cell north, south, east or west, and staying"
-_FIXED = "there are no doors, keys or switches: a cell is a wall or free from first to last"
-_SEEN = "there is no limited sight: everyone sees everything but goals and attitudes"
+_FIXED = "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`"
+_SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
+_SEEN = "everyone sees everything but goals and attitudes; who may be wrong about a goal `misreads`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
-_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile is worth nothing else"
+_WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
-_ONLY_CELL = "there is nothing to carry, lose or remember: a character is in its cell, and no more"
+_ONLY_CELL = "there is nothing to lose or remember: a character is in its cell, and carries objects"
 _LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
 _PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
-_FLOOR = "a kind of floor is a `tile`; it can be a goal, and changes nothing about moving"
+_FLOOR = "a kind of floor is a `tile`; it can be a goal, and have a `cost` or be `one_way`"
 _MAP = "the size is that of the rows below `map`"
 
 _ELSEWHERE = {
     _WHO: "agent agents player players npc actor person robot human enemy ghost predator prey",
     _WHAT: "box boxes block crate boulder ball item thing furniture obstacle",
-    _FIXED: "door doors gate key keys lock switch button lever portal teleport bridge",
+    _FIXED: "door doors gate key keys lock carry take takes",
+    _SWITCHED: "switch button lever portal teleport bridge",
     _MOVES: "moves actions action diagonal diagonals northeast northwest southeast southwest speed "
     "jump wait noop neighbours neighbors connectivity directions",
     _SEEN: "sees vision view fog visibility visible observes observation sensor field_of_view "
@@ -84,8 +88,7 @@ _ELSEWHERE = {
     _WORTH: "reward utility value payoff score points bonus",
     _START: "start starts position location spawn initial init at place",
     _CHANCE: "noise slip slippery wind stochastic randomness epsilon probability chance fail",
-    _ONLY_CELL: "inventory carry carries holds pickup health lives energy fuel hunger memory "
-    "capacity",
+    _ONLY_CELL: "inventory holds pickup health lives energy fuel hunger memory capacity",
     _LEVELS: "level levels depth belief beliefs knows theory_of_mind policy planner team",
     _PRIOR: "prior priors",
     _FLOOR: "water lava ice river grass goal exit_tile terrain zone region room ground",

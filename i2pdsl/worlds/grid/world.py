@@ -18,8 +18,10 @@ from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padde
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import Plan, Report, check_memory, load_or_plan
 from i2pdsl.worlds.grid.problems import (
+    answering,
     costs,
     expectations,
+    ground,
     on_goal,
     problem_keys,
     problem_of,
@@ -359,8 +361,7 @@ def assemble(
             else np.concatenate([p.continuation[who] for p in distinct], axis=1)
         )
         keys = [key for p in distinct for key in p.keys[who]]
-        names = [str(key[1] if len(key) == 3 else key[0]) for key in keys]
-        goals.append(on_goal(spec, dynamics, names))
+        goals.append(on_goal(spec, dynamics, [key.goal for key in keys]))
         beta = np.empty(len(keys))
         column = np.full((len(viewers), len(rows)), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
@@ -373,7 +374,8 @@ def assemble(
                     column[o, h] = first + plan.keys[who].index(key)
         columns.append(column)
         sharpness.append(beta)
-    coordinates = np.vstack([dynamics.coordinates, [[-9, -9]]])
+    nowhere = np.full((spec.place_count - len(dynamics.coordinates), 2), -9)
+    coordinates = np.vstack([dynamics.coordinates, nowhere])
     words = grid_vocabulary(spec)
     log_prior = log_priors(viewers, words)
     tables = Tables(
@@ -385,6 +387,7 @@ def assemble(
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
         cost=costs(spec),
+        ground=ground(spec, dynamics),
         gamma=np.array(spec.settings.gamma),
         reward=np.array(spec.settings.goal),
         continuation=tuple(continuation),
@@ -423,31 +426,36 @@ def _against(
     plans: list[Plan],
     distinct: list[Plan],
     offsets: list[np.ndarray],
-) -> tuple[Against, ...] | None:
+) -> tuple[tuple[Against, ...], ...]:
     """What the characters of all plans expect of each other, side by side as their problems."""
     specs = [viewers[[id(p) for p in plans].index(id(plan))].spec for plan in distinct]
     each = [expectations(spec, plan.keys) for spec, plan in zip(specs, distinct, strict=True)]
-    if each[0] is None:
-        return None
-    found = []
-    for who in range(len(each[0])):
-        parts = [against[who] for against in each if against is not None]
-        problem = [
-            part.problem + first
-            for part, first in zip(parts, offsets[1 - who], strict=False)
-            if part.problem is not None
-        ]
-        beside = lambda name, parts=parts: np.concatenate(
-            [getattr(part, name) for part in parts], axis=-1
+    return tuple(
+        tuple(
+            _beside([plan[who][number] for plan in each], offsets[other])
+            for number, other in enumerate(answering(specs[0], who))
         )
-        found.append(
-            Against(
-                beside("fixed"),
-                np.concatenate(problem) if problem else None,
-                beside("known"),
-                beside("beta"),
-                beside("rho"),
-                each[0][who].success,
-            )
-        )
-    return tuple(found)
+        for who in range(len(offsets))
+    )
+
+
+def _beside(parts: list[Against], offsets: np.ndarray) -> Against:
+    """What a character expects of another in the problems of all plans.
+
+    Args:
+        offsets: the first of the other's problems of each plan.
+    """
+    problem = [
+        part.problem + first
+        for part, first in zip(parts, offsets, strict=False)
+        if part.problem is not None
+    ]
+    beside = lambda name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
+    return Against(
+        beside("fixed"),
+        np.concatenate(problem) if problem else None,
+        beside("known"),
+        beside("beta"),
+        beside("rho"),
+        parts[0].success,
+    )

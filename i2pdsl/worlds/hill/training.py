@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.planning.actor_critic import Environment, Recipe, Training, begin, improve_often
 from i2pdsl.planning.networks import Layers, apply_network
+from i2pdsl.programs import FOR_HOURS
 from i2pdsl.resources import cache_folder
 from i2pdsl.worlds.hill import springs
 from i2pdsl.worlds.hill.controllers import (
@@ -112,7 +114,7 @@ def looker(spec: HillSpec, weights: tuple[float, ...]) -> Callable[[Layers, int,
     environment, index = hill_environment(spec, weights, ROLLOUTS)
     start = environment.reset(ROLLOUTS)
 
-    @jax.jit
+    @partial(jax.jit, compiler_options=FOR_HOURS)
     def look(policy: Layers, key: Array, spread: Array) -> tuple[Array, Array, Array]:
         def frame(carry: Any, key: Array) -> tuple[Any, None]:
             motion, total, fallen = carry

@@ -3,17 +3,13 @@
 
 from __future__ import annotations
 
-from i2pdsl.worlds.hypotheses import Hypothesis, of_one, of_two
+from i2pdsl.worlds.hypotheses import Hypothesis, hypotheses_of
 from i2pdsl.worlds.plane.spec import NO_GOAL, PlaneSpec
 
 
 def plane_hypotheses(spec: PlaneSpec) -> tuple[Hypothesis, ...]:
     """All hypotheses, in a fixed order."""
-    if len(spec.characters) == 1:
-        return of_one(spec.characters[0])
-    second = spec.social or spec.characters[1]
-    first = next(c for c in spec.characters if c.name != second.name)
-    always_nothing = second.goals == (NO_GOAL,)
-    return of_two(
-        first, second, lambda goal, rho: rho == 0 and goal == NO_GOAL and not always_nothing
-    )
+    social = spec.social
+    in_order = sorted(spec.characters, key=lambda c: c == social)
+    always_nothing = social is not None and social.goals == (NO_GOAL,)
+    return hypotheses_of(in_order, lambda goal: goal == NO_GOAL and not always_nothing)

@@ -72,6 +72,14 @@ class PlaneCharacter:
     color: str = "#7c9cc0"
 
     @property
+    def attitudes(self) -> tuple[tuple[str, tuple[float, ...]], ...]:
+        return ((self.toward, self.attitude),) if self.toward else ()
+
+    @property
+    def misreads(self) -> tuple[str, ...]:
+        return ()
+
+    @property
     def fastest(self) -> float:
         """Its greatest speed, in units a frame."""
         return 2 * self.speed
