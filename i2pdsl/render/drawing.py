@@ -133,11 +133,6 @@ class Drawing(ABC):
         everybody = words.predicates["at"].parameters[0] == "thing"
         return (*words.characters, *(words.things if everybody else ()))
 
-    def example_of_pin(self, spec: Any) -> str:
-        """What is said of somebody who is put somewhere; empty where nobody can be."""
-        held, spots = self.held(spec), self.spots(spec)
-        return f"at({held[0]}, {spots[0].place})" if held and spots else ""
-
     def room(self, world: Any, story: TypedStory, frame: int, who: str) -> Room | None:
         """Where somebody can be put in a frame besides spots, if what else is pinned of it is kept;
         None where spots are all that there is."""

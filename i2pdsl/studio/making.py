@@ -18,7 +18,8 @@ from i2pdsl.render.pictures import drawing_for
 from i2pdsl.results import ranked
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Found
-from i2pdsl.studio.hands import PINS
+from i2pdsl.studio.hands import PINS, where
+from i2pdsl.studio.outline import abilities
 from i2pdsl.studio.text import StoryText
 from i2pdsl.worlds.kind import Spec, Watch
 from i2pdsl.worlds.kinds import kind_of
@@ -84,10 +85,14 @@ def best(story: Story, seed: int, effort: int, watch: Watch) -> Better:
 
 
 def ready_for_pins(story: Story, watch: Watch) -> None:
-    """Compiles what the first pin needs, so that whoever drags somebody need not wait for it."""
-    said = drawing_for(story.spec).example_of_pin(story.spec)
-    if story.typed.pins or not said:
+    """Compiles what the first pin needs, so that whoever drags somebody need not wait for it.
+
+    Not where bodies move: there each frame that is pinned has a program of its own.
+    """
+    can = abilities(story)["drag"]
+    if story.typed.pins or not can or not story.typed.vocabulary.enumerable:
         return
+    said = where(can[0], drawing_for(story.spec).spots(story.spec)[0].place)
     pinned = StoryText(story.typed.source.text).with_statements([f"pin script[1]: {said}"], PINS)
     preview(read(pinned.text, story.typed.source.name, story.folder or Path()), 0, watch)
 

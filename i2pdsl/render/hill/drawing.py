@@ -51,9 +51,6 @@ class HillDrawing(Drawing):
     def held(self, spec: HillSpec) -> tuple[str, ...]:
         return (HOPPER, BOX)
 
-    def example_of_pin(self, spec: HillSpec) -> str:
-        return f"0 <= climbed({BOX}) <= 1"
-
     def room(self, world: Any, story: TypedStory, frame: int, who: str) -> Room:
         """Up and down the slope."""
         slope = world.spec.settings.slope

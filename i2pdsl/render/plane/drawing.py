@@ -80,9 +80,6 @@ class PlaneDrawing(Drawing):
             found.append(Spot(place.name, middle, tuple(shape)))
         return found
 
-    def example_of_pin(self, spec: PlaneSpec) -> str:
-        return f"at({spec.characters[0].name}, ({spec.width / 2:g}, {spec.height / 2:g}))"
-
     def room(self, world: Any, story: TypedStory, frame: int, who: str) -> Room:
         from i2pdsl.render.plane.hands import reached
 
