@@ -20,7 +20,12 @@ export class Blocks {
   }
 
   show({ blocks, fields, entities, can }) {
-    const focused = document.activeElement?.dataset?.field;
+    for (const node of this.host.querySelectorAll("details[open]")) {
+      this.#open.add(`${node.dataset.what} ${node.dataset.name ?? ""}`); // opened a moment ago
+    }
+    const held = document.activeElement;
+    const focused = this.host.contains(held) ? held.dataset.field : null;
+    const typed = focused && held.matches("input:not([type=color])") ? held.value : null;
     const named = new Set(can.blocks);
     const known = blocks.filter(({ what }) => fields[what]?.length);
     const single = Object.keys(fields)
@@ -43,7 +48,10 @@ export class Blocks {
         single.map((block) => this.#card(block, fields[block.what])),
       ),
     );
-    if (focused) this.host.querySelector(`[data-field="${CSS.escape(focused)}"]`)?.focus();
+    const again = focused && this.host.querySelector(`[data-field="${CSS.escape(focused)}"]`);
+    if (!again) return;
+    if (typed !== null) again.value = typed; // what is being typed stays
+    again.focus();
   }
 
   #set({ what, name }, key, value) {
