@@ -32,12 +32,25 @@ class Desk:
         lines = self.page.locator("#text .cm-line").all_inner_texts()
         return "\n".join(line.replace("\n", "") for line in lines)
 
-    def solved(self) -> None:
+    def solved(self, milliseconds: int = 240_000) -> None:
         """Waits until the film on the stage is one of the text as it is."""
         self.page.wait_for_function(
             "() => { const { text, film } = document.getElementById('desk').dataset;"
-            " return text !== undefined && text === film; }"
+            " return text !== undefined && text === film; }",
+            timeout=milliseconds,
         )
+
+    def solved_or_undone(self) -> None:
+        """Takes back what was done last as long as the page says that it cannot be told: where
+        somebody is let go may be a place for which the rest of the story leaves no way."""
+        from playwright.sync_api import TimeoutError as Waited
+
+        while True:
+            try:
+                return self.solved(60_000)
+            except Waited:
+                assert self.page.locator(".stale").count() == 1, "neither a film nor a reason"
+                self.page.locator("#undo").click()
 
     def says(self, pattern: str) -> None:
         """Waits until the text matches a pattern."""
@@ -113,7 +126,8 @@ def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noq
             context = chromium.new_context(
                 viewport={"width": width, "height": height}, reduced_motion="reduce", **more
             )
-            context.set_default_timeout(60_000)
+            # A film may wait for what is compiled for pages that are gone, with half a core.
+            context.set_default_timeout(240_000)
             contexts.append(context)
         desk = Desk(contexts[-1].new_page())
         desks.append(desk)

@@ -144,7 +144,7 @@ class Visit:
     def watch(self) -> None:
         """Until the film has ended."""
         self.page.locator("#theatre svg").first.wait_for()
-        for _ in range(60):
+        for _ in range(300):  # what is shown begins when the machine has time for it
             self.page.clock.run_for(500)
             if self.page.locator("#play").inner_text() == "Replay":
                 assert self.page.locator("#answers:enabled").count() == 1

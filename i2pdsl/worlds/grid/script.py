@@ -207,8 +207,8 @@ class GridReader:
             if thing is None or not (thing.may_be_absent or thing.opened_by):
                 self.wrong(where, f"`{name}` cannot be absent")
             return self.dynamics.absent
-        if isinstance(place, str):
-            holders = self.spec.holders(name) if thing else ()
+        holders = self.spec.holders(name) if thing else ()
+        if isinstance(place, str) and holders:
             who = next((i for i in holders if self.spec.characters[i].name == place), None)
             if who is None:
                 self.wrong(where, f"`{shorten(place)}` cannot carry `{name}`")
