@@ -154,10 +154,8 @@ def prediction(
     """
     xp = _namespace(log_belief)
     weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
-    count = len(log_rows)
-    own = weight.sum(tuple(n - count - 1 for n in range(count) if n != who)).mean(
-        -1
-    )  # [..., n_who]
+    others = tuple(n - len(log_rows) - 1 for n in range(len(log_rows)) if n != who)
+    own = weight.sum(others).mean(-1)  # [..., n_who]
     kinds = max(actions) + 1
     return own @ ((xp.asarray(actions)[:, None] == xp.arange(kinds)) * 1.0)
 

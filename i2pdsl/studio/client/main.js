@@ -2,6 +2,7 @@
 // docs/studio-protocol.md tells of the messages.
 import { Candidates } from "./candidates.js";
 import { Curves } from "./curves.js";
+import { Desk } from "./desk.js";
 import { $, clamp, figure, follow, h, later } from "./dom.js";
 import { Files } from "./files.js";
 import { Out } from "./out.js";
@@ -17,8 +18,7 @@ import { World } from "./world.js";
 const PAUSE = 250; // milliseconds without a key before a film is looked for
 const SILENT = new Set(["stale", "cancelled", "lost"]); // what nobody need hear of
 
-class Studio {
-  story = null; // what `i2p/story` says of the present text, or said of the last one that was right
+class Studio extends Desk {
   folder = "";
   formats = [];
   plays = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -30,6 +30,7 @@ class Studio {
   #calm = ""; // what is said of a world
 
   constructor() {
+    super();
     const token = location.hash.slice(1);
     this.rpc = new Connection(
       token,
@@ -53,26 +54,6 @@ class Studio {
     this.#listen();
   }
 
-  get film() {
-    return this.stage?.film ?? null;
-  }
-
-  get playback() {
-    return this.stage?.playback ?? null;
-  }
-
-  get time() {
-    return this.stage?.time ?? 0;
-  }
-
-  get frame() {
-    return Math.round(this.time);
-  }
-
-  get pins() {
-    return this.story?.pins ?? [];
-  }
-
   // ------------------------------------------------------------------ asking the server
 
   /** A request; null where it was refused, which is told unless it is `quiet` or of no interest. */
@@ -83,13 +64,6 @@ class Studio {
       if (!quiet && !SILENT.has(refused.kind)) this.tell(refused.message);
       return null;
     }
-  }
-
-  /** A request about the present text, or about a film. */
-  ask(method, params, film = null) {
-    this.text.flush();
-    const about = film ? { film: film.id } : { uri: this.text.uri, version: this.text.version };
-    return this.request(method, { ...about, ...params });
   }
 
   /** Something was done by hand: the server says which edits of the text it comes to. One after the
@@ -211,12 +185,10 @@ class Studio {
     this.#tellState();
   }
 
-  #isPresent = ({ uri, version }) => uri === this.text.uri && version === this.text.version;
-
   #listen() {
     const { rpc } = this;
     rpc.on("i2p/story", (told) => {
-      if (!this.#isPresent(told)) return;
+      if (!this.isPresent(told)) return;
       this.story = told;
       this.#wrong = false;
       const written = told.numbers.filter(({ value }) => value !== null);
@@ -228,13 +200,13 @@ class Studio {
     });
     rpc.on("i2p/progress", (told) => {
       // What is looked for besides, such as other films, tells of itself.
-      if (!this.#isPresent(told) || told.version === this.#solved) return;
+      if (!this.isPresent(told) || told.version === this.#solved) return;
       const share = told.total > 1 ? ` ${told.done} of ${told.total}` : "";
       this.#progress = told.stage === "idle" ? "" : `${told.text || told.stage}${share} …`;
       this.#tellState();
     });
     rpc.on("i2p/film", (told) => {
-      if (!this.#isPresent(told) || this.#chosen === told.version) return;
+      if (!this.isPresent(told) || this.#chosen === told.version) return;
       this.stage.show(told.film).then(() => {
         this.#shown = told.version;
         $("desk").dataset.film = told.version;

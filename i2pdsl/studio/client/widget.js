@@ -1,6 +1,7 @@
 // Stage, time line and curves in a cell of a notebook (anywidget). i2pdsl/studio/cell.py answers
 // the messages of docs/studio-protocol.md; there is no server.
 import { Curves } from "./curves.js";
+import { Desk } from "./desk.js";
 import { fill, h } from "./dom.js";
 import { provide } from "./mounted.js";
 import { PlainText } from "./plain.js";
@@ -54,12 +55,12 @@ class Messages {
   }
 }
 
-class Desk {
-  story = null;
+class Cell extends Desk {
   plays = false; // several in one notebook shall not move all at once
   #hand = Promise.resolve();
 
   constructor(root, model) {
+    super();
     this.model = model;
     this.rpc = new Messages(model);
     const part = (id) => h("div", { id });
@@ -90,43 +91,21 @@ class Desk {
     this.#changed();
   }
 
-  get film() {
-    return this.stage?.film ?? null;
-  }
-
-  get playback() {
-    return this.stage?.playback ?? null;
-  }
-
-  get time() {
-    return this.stage?.time ?? 0;
-  }
-
-  get frame() {
-    return Math.round(this.time);
-  }
-
-  get pins() {
-    return this.story?.pins ?? [];
-  }
-
-  #isPresent = ({ uri, version }) => uri === this.text.uri && version === this.text.version;
-
   #listen() {
     this.follow = () => this.text.take(this.model.get("text"));
     this.model.on("change:text", this.follow);
     this.rpc.on("i2p/story", (told) => {
-      if (!this.#isPresent(told)) return;
+      if (!this.isPresent(told)) return;
       this.story = told;
       this.stage.refresh();
       this.timeline.refresh();
       this.curves.refresh();
     });
     this.rpc.on("i2p/progress", (told) => {
-      if (this.#isPresent(told)) this.#say(told.stage === "idle" ? "ready" : `${told.text} …`);
+      if (this.isPresent(told)) this.#say(told.stage === "idle" ? "ready" : `${told.text} …`);
     });
     this.rpc.on("i2p/film", (told) => {
-      if (this.#isPresent(told)) this.stage.show(told.film);
+      if (this.isPresent(told)) this.stage.show(told.film);
     });
   }
 
@@ -176,12 +155,6 @@ class Desk {
     }
   }
 
-  ask(method, params, film = null) {
-    this.text.flush();
-    const about = film ? { film: film.id } : { uri: this.text.uri, version: this.text.version };
-    return this.request(method, { ...about, ...params });
-  }
-
   byHand(method, params) {
     const done = this.#hand.then(async () => {
       const reply = await this.ask(method, params);
@@ -229,7 +202,7 @@ export function makeWidget({ makers, page, film, desk }) {
       const root = host.attachShadow({ mode: "open" });
       root.adoptedStyleSheets = [page, desk].map((css) => sheet(css.replaceAll(":root", ":host")));
       fill(el, host);
-      const made = new Desk(root, model);
+      const made = new Cell(root, model);
       return () => made.close();
     },
   };

@@ -183,15 +183,10 @@ class GridReader:
         state = int(self.dynamics.lookup[code])
         if state < 0:
             there = [tuple(c) for c in cells.values() if isinstance(c, list | tuple)]
-            fixed = [t for t in self.spec.things if t.opened_by or self.spec.holders(t.name)]
-            for thing in fixed:
-                if (
-                    isinstance(cells[thing.name], list | tuple)
-                    and tuple(cells[thing.name]) != thing.cells[0]
-                ):
-                    self.wrong(
-                        where, f"`{thing.name}` cannot be moved to {list(cells[thing.name])}"
-                    )
+            for thing in filter(self.spec.is_fixed, self.spec.things):
+                place = cells[thing.name]
+                if isinstance(place, list | tuple) and tuple(place) != thing.cells[0]:
+                    self.wrong(where, f"`{thing.name}` cannot be moved to {list(place)}")
             if len(set(there)) == len(there):
                 self.wrong(where, "nobody can come there in time from where they are at first")
             self.wrong(where, "two of them stand on one cell")

@@ -199,14 +199,18 @@ class GridSpec:
         absent, everywhere = len(self.free_cells), tuple(range(len(self.free_cells)))
         found = [everywhere] * len(self.characters)
         for thing in self.things:
-            holders = self.holders(thing.name)
-            if holders or thing.opened_by:
+            if self.is_fixed(thing):
                 first = self.free_cells.index(thing.cells[0])
                 away = (absent,) if thing.opened_by else ()
+                holders = self.holders(thing.name)
                 found.append((first, *away, *(absent + 1 + who for who in holders)))
             else:
                 found += [everywhere + (absent,) * thing.may_be_absent] * thing.count
         return tuple(found)
+
+    def is_fixed(self, thing: Thing) -> bool:
+        """Whether something stays where it is at first, until it is taken or opened."""
+        return bool(thing.opened_by or self.holders(thing.name))
 
     def holders(self, thing: str) -> tuple[int, ...]:
         """The characters who carry something."""
@@ -246,9 +250,8 @@ class GridSpec:
         cells = len(self.free_cells)
         placed = {(0, 0): 1}  # of things that can be anywhere, of those with a cell of their own
         for thing in self.things:
-            elsewhere = len(self.holders(thing.name)) + bool(thing.opened_by)
-            is_fixed = elsewhere > 0
-            away = elsewhere or thing.may_be_absent  # how many other places there are
+            is_fixed = self.is_fixed(thing)
+            away = len(self.holders(thing.name)) + bool(thing.may_be_absent or thing.opened_by)
             grown: dict[tuple[int, int], int] = {}
             for (free, fixed), ways in placed.items():
                 there = (free, fixed + 1) if is_fixed else (free + thing.count, fixed)

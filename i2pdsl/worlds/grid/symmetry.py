@@ -61,7 +61,7 @@ def _keeps_goals(
         if image is None:
             return False
         renamed[name] = image
-    fixed = [t.cells for t in spec.things if t.opened_by or spec.holders(t.name)]
+    fixed = [t.cells for t in spec.things if spec.is_fixed(t)]
     if any(images[number[cell]] != number[cell] for cells in fixed for cell in cells):
         return False
     wanted = [set(c.goals) for c in spec.characters]
