@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -168,15 +169,19 @@ class Moves:
     frames: int = 1  # F
     together: bool = False
 
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        succeed = tuple((a, True) for a in range(self.actions[who]))
-        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
+    @cached_property
+    def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
+        """(action, success) for each outcome of each character; staying cannot fail."""
+        found = []
+        for count, is_weak in zip(self.actions, self.weak, strict=True):
+            succeed = tuple((a, True) for a in range(count))
+            fail = tuple((a, False) for a in range(count) if a != STAY)
+            found.append(succeed + fail if is_weak else succeed)
+        return tuple(found)
 
-    @property
+    @cached_property
     def counts(self) -> tuple[int, ...]:
-        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
+        return tuple(map(len, self.outcomes))
 
     @property
     def turn_count(self) -> int:
