@@ -58,24 +58,17 @@ class Trust:
     copied: Copied | None
 
     @property
-    def is_trusted(self) -> bool:
-        """Whether nothing is known that speaks against it."""
-        if self.belief is not None:
-            return self.belief <= DOUBTFUL
-        return self.copied is None or self.copied.mean <= DOUBTFUL
+    def is_trusted(self) -> bool | None:
+        """Whether beliefs are about those by plans nearer to exact ones; None where that is not
+        known."""
+        return None if self.belief is None else self.belief <= DOUBTFUL
 
     def warnings(self, place: Span) -> tuple[Diagnostic, ...]:
-        """A warning, where beliefs may be far from those by exact plans."""
-        if self.is_trusted:
+        """A warning, where beliefs are far from those by plans nearer to exact ones."""
+        if self.is_trusted is not False:
             return ()
-        if self.belief is not None:
-            message = f"do not trust this script: by {self.closer} beliefs differ by up to "
-            message += f"{self.belief:.2g}"
-            hint = "another seed, more candidates, or a larger `at_once`"
-        else:
-            assert self.copied is not None
-            message = f"do not trust this script: in {self.copied.in_words()}"
-            hint = "a larger `at_once`, or a world with more room"
+        message = f"do not trust this script: by {self.closer} beliefs differ by {self.belief:.2g}"
+        hint = "look for another: `--seeds 0-9`; or make `at_once` larger"
         return (Diagnostic("untrusted", message, place, hint, severity="warning"),)
 
     def as_json(self) -> dict[str, Any]:
@@ -91,14 +84,12 @@ class Trust:
         }
 
     def in_words(self) -> str:
-        found = f"{self.method}: "
+        """What is known, in a line."""
         if self.belief is None:
-            found += f"not held against anything nearer to exact planning ({self.closer})"
+            found = f"{self.method}; whether to trust that is not known: {self.closer}"
         else:
-            found += f"beliefs within {self.belief:.2g} of those by {self.closer}"
-        if self.copied is not None:
-            found += f"; in {self.copied.in_words()}"
-        return found
+            found = f"{self.method}; beliefs within {self.belief:.2g} of those by {self.closer}"
+        return f"{found}; in {self.copied.in_words()}" if self.copied is not None else found
 
 
 def apart(words: Vocabulary, assumption: Sequence[bool], one: Frame, other: Frame) -> np.ndarray:

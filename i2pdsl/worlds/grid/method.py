@@ -30,7 +30,7 @@ from i2pdsl.worlds.kind import Approximation
 
 PATIENCE = 600.0  # seconds of exact planning above which `auto` is additive
 PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
-BRIEF = 5.0  # seconds of exact planning on a small copy
+BRIEF = 8.0  # seconds of exact planning on a small copy
 # What a sweep takes for each state and problem (measured: the kitchen, two cores), and how many
 # there are for each 1 / (1 - gamma).
 SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
