@@ -93,7 +93,7 @@ def _rows(source: Source) -> list[list[Sign]]:
             raise _wrong(source, at, 1, "a row begins within a row")
         if sign in ("[", "]"):
             inside = sign == "["
-            rows += [[]] * 0 if sign == "]" else [[]]
+            rows += [[]] if inside else []
         elif sign is None and comment is None:
             if not inside:
                 raise _wrong(source, at, 1, "a cell outside a row")
