@@ -41,6 +41,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
+        terms: for each character, of what its values are the sum, where they are additive: then
+            `continuation` holds [R, P], the values of all sub-worlds one below the other.
     """
 
     cells: Array
@@ -64,6 +66,21 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
+    terms: tuple[Terms, ...] | None = None
+
+
+class Terms(NamedTuple):
+    """A value as a sum over K sub-worlds (additive.py).
+
+    Attributes:
+        rows [E, M, K]: what a cell of each entity adds to the number of the row of each term.
+        first [K]: the first row of each term's sub-world.
+        sign [K]: how often it counts.
+    """
+
+    rows: Array
+    first: Array
+    sign: Array
 
 
 class Against(NamedTuple):
@@ -91,6 +108,22 @@ def arrangement(tables: Tables, state: Array) -> Array:
     return state if tables.layer is None else state % tables.layer
 
 
+def state_count(tables: Tables) -> int:
+    """How many states there are; with a horizon, in all frames."""
+    return len(tables.cells if tables.terms is not None else tables.continuation[0])
+
+
+def continued(tables: Tables, who: int, state: Array) -> Array:
+    """W(s) of every planning problem: [..., P]."""
+    table = tables.continuation[who]
+    if tables.terms is None:
+        return table[state]
+    rows, first, sign = tables.terms[who]
+    cells = tables.cells[state]
+    row = first + sum(part[cells[..., entity]] for entity, part in enumerate(rows))
+    return (table[row] * sign[:, None]).sum(-2)
+
+
 def padded(tables: Tables) -> Tables:
     """The tables with states and cells up to sizes that worlds share, so that they share programs.
 
@@ -107,6 +140,8 @@ def padded(tables: Tables) -> Tables:
         continuation=tuple(
             along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
         ),
+        terms=tables.terms
+        and tuple(t._replace(rows=along(1, cells)(t.rows)) for t in tables.terms),
         goals=tuple(map(along(1, cells), tables.goals)),
     )
 

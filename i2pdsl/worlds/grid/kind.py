@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -101,15 +102,15 @@ class GridKind(Kind):
             "states": built.dynamics.state_count,
             "problems": problems,
             "residual": built.residual,
-            "bound": built.bound,
+            "bound": None if math.isnan(built.bound) else built.bound,
             "cached": is_cached,
             "seconds": round(time.perf_counter() - began, 3),
         }
         where = "read from the cache" if is_cached else "solved and stored"
+        right = "additive" if math.isnan(built.bound) else f"values right to {built.bound:.2g}"
         words = (
             f"{spec.name}: {built.dynamics.state_count:,} states, {problems} problems, residual "
-            f"{built.residual:.2g}, values right to {built.bound:.2g}, {where} in "
-            f"{document['seconds']:.1f} s"
+            f"{built.residual:.2g}, {right}, {where} in {document['seconds']:.1f} s"
         )
         return Prepared(document, words)
 

@@ -23,7 +23,14 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, namespace
+from i2pdsl.worlds.grid.arrays import (
+    Against,
+    Moves,
+    Tables,
+    arrangement,
+    continued,
+    namespace,
+)
 from i2pdsl.worlds.grid.spec import STAY
 from i2pdsl.worlds.world import Branches
 
@@ -33,7 +40,7 @@ Array = Any
 def action_values(tables: Tables, who: int, state: Array) -> Array:
     """Q(s, a) of every planning problem: [..., A, P] (model.md, "Kitchen")."""
     xp = namespace(tables.cells)
-    table, here = tables.continuation[who], arrangement(tables, state)
+    here = arrangement(tables, state)
     on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[here, who]], 0, -1)
     cost = tables.cost[: len(tables.successor[who])]
     ground = tables.ground[tables.cells[here, who]][..., None, None]
@@ -44,7 +51,8 @@ def action_values(tables: Tables, who: int, state: Array) -> Array:
     if tables.layer is not None:
         after = in_frame(state - here, after)
     p = tables.success[who]
-    expected = p * table[after] + (1 - p) * table[state][..., None, :]
+    value_of = lambda where: continued(tables, who, where)
+    expected = p * value_of(after) + (1 - p) * value_of(state)[..., None, :]
     return reward + tables.gamma * expected
 
 

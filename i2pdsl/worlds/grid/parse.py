@@ -50,6 +50,8 @@ EVENTS = ("deus",)
 TOGETHER = "together"
 MOST_CHARACTERS = 4
 MOST_HYPOTHESES = 4096
+METHODS = ("auto", "exact", "additive")
+MOST_AT_ONCE = 12
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
@@ -652,6 +654,7 @@ def is_count(x: float) -> bool:
 SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "level0": ("uniform", "costs"),
     "hypotheses": ("merged", "literal"),
+    "method": METHODS,
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "end": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
@@ -661,6 +664,10 @@ SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "horizon": (
         lambda x: x == x // 1 and 0 <= x <= LONGEST_STORY,
         f"a whole number from 0 to {LONGEST_STORY}",
+    ),
+    "at_once": (
+        lambda x: x == x // 1 and 2 <= x <= MOST_AT_ONCE,
+        f"a whole number from 2 to {MOST_AT_ONCE}",
     ),
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),

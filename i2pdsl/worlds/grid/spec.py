@@ -133,6 +133,8 @@ class Settings:
     forgetting: float = 1e-5  # epsilon, the share of belief that is reassigned after each action
     switching: float = 0.0  # the chance that who acted wants something else from then on
     horizon: int = 0  # frames that there are in all; 0: planning has no end
+    method: str = "auto"  # of planning: auto | exact | additive (additive.py)
+    at_once: int = 3  # entities that additive planning plans for together
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
 
 
@@ -303,8 +305,8 @@ class GridSpec:
 
     def with_settings(self, changes: dict[str, Any]) -> GridSpec:
         """The same world with some of its numbers replaced."""
-        if "horizon" in changes:
-            changes = changes | {"horizon": int(changes["horizon"])}
+        whole = {key: int(changes[key]) for key in ("horizon", "at_once") if key in changes}
+        changes = changes | whole
         return replace(self, settings=replace(self.settings, **changes))
 
     @cached_property
@@ -313,9 +315,8 @@ class GridSpec:
         content = asdict(self)
         for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
-        content["settings"].pop("forgetting")
-        content["settings"].pop("switching")
-        content["settings"].pop("hypotheses")
+        for key in ("forgetting", "switching", "hypotheses", "method", "at_once"):
+            content["settings"].pop(key)
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),

@@ -48,6 +48,9 @@ _DOCUMENTATION = {
     "stay": "reward of staying",
     "end": "reward for standing on one's own goal tile when the last frame of the horizon is over",
     "horizon": "how many frames there are, for which characters plan; 0: without end",
+    "method": "how planning goes: exactly; or additively, where values are sums of those in worlds "
+    "with fewer entities; or exactly where that fits in memory and time, else additively",
+    "at_once": "how many characters and objects additive planning plans for together",
     "gamma": "discount factor",
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",

@@ -14,9 +14,10 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
-from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded
+from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
-from i2pdsl.worlds.grid.planning import Plan, Report, check_memory, load_or_plan
+from i2pdsl.worlds.grid.method import check_size, planned
+from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
     answering,
     costs,
@@ -114,7 +115,7 @@ class GridWorld:
 
     def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
-        return tables.cells.__array_namespace__().arange(tables.continuation[0].shape[0])
+        return tables.cells.__array_namespace__().arange(state_count(tables))
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -284,7 +285,7 @@ def with_policies(tables: Tables) -> Tables:
     states; as they are where that takes too much memory."""
     from i2pdsl.programs import compiled_program
 
-    states = len(tables.continuation[0])
+    states = state_count(tables)
     sizes = [
         len(after) * column.size
         for after, column in zip(tables.successor, tables.columns, strict=True)
@@ -315,15 +316,13 @@ def build_world(
 
     Raises StoryError where the world is too large.
     """
-    check_memory(spec)
+    check_size(spec)
     viewers = viewers or (Viewer(spec),)
     dynamics = build_dynamics(spec)
     plans: dict[str, Plan] = {}
     for viewer in viewers:
         if viewer.spec.planning_key not in plans:
-            plans[viewer.spec.planning_key] = load_or_plan(
-                viewer.spec, lambda: dynamics, report, say
-            )
+            plans[viewer.spec.planning_key] = planned(viewer.spec, dynamics, report, say)
     return assemble(spec, dynamics, viewers, [plans[v.spec.planning_key] for v in viewers])
 
 
@@ -332,7 +331,7 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
 
     Raises StoryError where the world is too large.
     """
-    check_memory(spec)
+    check_size(spec)
     keys = problem_keys(spec)
     dynamics = build_dynamics(spec)
     states = dynamics.state_count * spec.frame_count
@@ -399,6 +398,7 @@ def assemble(
         switching=switching_of(viewers, words, log_prior),
         layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
+        terms=distinct[0].terms,
     )
     moves = Moves(
         tuple(c.is_weak for c in spec.characters),
