@@ -115,6 +115,27 @@ class DrawnMap:
     wall: str
 
 
+@dataclass(frozen=True)
+class Imported:
+    """A world that was drawn for another tool.
+
+    Attributes:
+        what: of what tool it is, in words.
+        text: of the world's file.
+        notes: what is otherwise here, a sentence each.
+        who: who acts first.
+        goals: what that may want and can get to, the nearest first.
+        length: frames that a first story may take.
+    """
+
+    what: str
+    text: str
+    notes: tuple[str, ...]
+    who: str
+    goals: tuple[str, ...]
+    length: int
+
+
 class Kind(ABC):
     """One kind of world.
 
@@ -145,6 +166,17 @@ class Kind(ABC):
 
     def with_map(self, source: Source, drawn: DrawnMap) -> str:
         """The text of a file with another map."""
+        raise NotImplementedError
+
+    def imported(self, source: Source, file: str, name: str, number: int) -> Imported:
+        """A world of the text of another tool's map, or of one of several in it, from 1.
+
+        Raises StoryError where it is none, or more than can be said here.
+
+        Args:
+            file: what it was read from, to be told.
+            name: what the world shall be called.
+        """
         raise NotImplementedError
 
     def drawings(self, spec: Any) -> Mapping[str, str]:

@@ -31,7 +31,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
         "objects": [
             {"name": t.name, "may_be_absent": t.may_be_absent}
             | ({"count": t.count} if t.count > 1 else {})
-            | ({"opened_by": t.opened_by} if t.opened_by else {})
+            | ({"opened_by": list(t.opened_by)} if t.opened_by else {})
             for t in spec.things
         ],
         **({"order": "together"} if spec.together else {}),
@@ -71,7 +71,7 @@ def in_words(spec: GridSpec) -> list[str]:
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         told = f": {t.count} that are alike" if t.count > 1 else ""
-        told = f": opened by {t.opened_by}" if t.opened_by else told
+        told = f": opened by {' or '.join(t.opened_by)}" if t.opened_by else told
         lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else told}")
     if spec.together:
         lines.append("both act at the same time")

@@ -8,7 +8,7 @@ the order of their cells: whichever arrangement of them an action leads to, it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import permutations, product
 from typing import Any
@@ -28,8 +28,11 @@ class Dynamics:
     Attributes:
         cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
         lookup: int32 [M]*E flattened, M = N + 1 or, where something is carried, N + 1 + C, the
-            state of an arrangement, -1 where it is invalid.
+            state of an arrangement, -1 where it is invalid; empty where that would be long
+            (spec.py:is_sparse).
         strides: int [E], so that lookup[(cells * strides).sum()] is the state.
+        known: int64 [K], where `lookup` is empty: the numbers that it would have, sorted.
+        states: int32 [K], their states.
         successor: for each character int32 [A, S], the state after its action if it succeeds; the
             state itself where it is blocked or stays.
         coordinates: int [N, 2], (column, row) of each cell.
@@ -40,6 +43,16 @@ class Dynamics:
     strides: np.ndarray
     successor: tuple[np.ndarray, ...]
     coordinates: np.ndarray
+    known: np.ndarray
+    states: np.ndarray
+
+    def find(self, codes: np.ndarray) -> np.ndarray:
+        """The states of arrangements, (cells * strides).sum(); -1 where one is invalid."""
+        if len(self.lookup):
+            found: np.ndarray = self.lookup[codes]
+            return found
+        place = np.minimum(np.searchsorted(self.known, codes), len(self.known) - 1)
+        return np.where(self.known[place] == codes, self.states[place], -1)
 
     def cells_of(self, state: Array) -> np.ndarray:
         """The cells [..., E] in some states, whatever their frames."""
@@ -64,19 +77,26 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
     strides = spec.place_count ** np.arange(entities - 1, -1, -1, dtype=np.int64)
     neighbour = _neighbours(spec, count)
     cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
-    lookup = np.full(spec.place_count**entities, -1, dtype=np.int32)
-    for order in _orders(spec):
-        codes = cells[:, order].astype(np.int64) @ strides
-        lookup[codes] = np.arange(len(cells), dtype=np.int32)
     states = np.arange(len(cells), dtype=np.int32)
+    orders = [cells[:, order].astype(np.int64) @ strides for order in _orders(spec)]
+    lookup = np.full(0 if spec.is_sparse else spec.arrangement_count, -1, dtype=np.int32)
+    known, numbers = np.zeros(0, dtype=np.int64), states[:0]
+    if spec.is_sparse:
+        every = np.concatenate(orders)
+        sorted_ = np.argsort(every)
+        known, numbers = every[sorted_], np.tile(states, len(orders))[sorted_]
+    else:
+        for codes in orders:
+            lookup[codes] = states
+    plain = Dynamics(cells, lookup, strides, (), coordinates, known, numbers)
     successor = tuple(
         # From the last frame of a limited world nothing leads on.
-        np.where((after := lookup[codes]) >= 0, after, states)
+        np.where((after := plain.find(codes)) >= 0, after, states)
         for codes in (
             _successors(spec, who, cells, neighbour, strides) for who in range(len(spec.characters))
         )
     )
-    return Dynamics(cells, lookup, strides, successor, coordinates)
+    return replace(plain, successor=successor)
 
 
 def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
@@ -182,7 +202,7 @@ def _successors(
     absent = len(spec.free_cells)
     mine = spec.numbers_of(character.carries)
     locks = {
-        spec.entities.index(thing.name): spec.entities.index(thing.opened_by)
+        spec.entities.index(thing.name): [spec.entities.index(key) for key in thing.opened_by]
         for thing in spec.things
         if thing.opened_by
     }
@@ -195,7 +215,8 @@ def _successors(
             met = (cells[:, other] == target) & (target >= 0)
             if action < STAY and (other in mine or other in locks):
                 # It is taken, or a door that opens to who has its key.
-                able = True if other in mine else cells[:, locks[other]] == absent + 1 + who
+                keys = locks.get(other, [])
+                able = other in mine or (cells[:, keys] == absent + 1 + who).any(1)
                 goes = absent + 1 + who if other in mine else absent
                 possible &= ~met | able
                 index += np.where(met & able, (goes - target) * strides[other], 0)

@@ -401,11 +401,8 @@ class _Reader(MapReader):
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
         others = tuple(name for name in names if name != block.name)
         opened = self.words(block, "opened_by", others, "other object")
-        for name in opened[1:]:
-            message = f"one object opens `{block.name}`, `{name}` is another"
-            self.problem("world-cast", message, block.entries["opened_by"].span)
         color = self.color(block, "color", "#b08a5a")
-        return Thing(block.name, absent, count, cells, next(iter(opened), ""), sprite, color)
+        return Thing(block.name, absent, count, cells, opened, sprite, color)
 
     def check_carrying(
         self, characters: tuple[Character, ...], things: tuple[Thing, ...]
@@ -429,14 +426,14 @@ class _Reader(MapReader):
             for told in (told for told, is_so in wrong.items() if is_so):
                 hint = "it stands where `symbol` or `cell` says until it is taken or opened"
                 self.problem("world-cast", f"`{thing.name}` {what}, but {told}", block.span, hint)
-            if thing.opened_by and thing.opened_by not in carried:
-                message = f"nobody carries `{thing.opened_by}`, which opens `{thing.name}`"
-                hint = f"a character has `carries = {thing.opened_by}`"
+            for key in (key for key in thing.opened_by if key not in carried):
+                message = f"nobody carries `{key}`, which opens `{thing.name}`"
+                hint = f"a character has `carries = {key}`"
                 self.problem("world-cast", message, block.keys["opened_by"], hint)
         if len(self.problems) == before and not self.incomplete:
             return characters, things
         plain = tuple(replace(c, carries=()) for c in characters)
-        return plain, tuple(replace(thing, opened_by="") for thing in things)
+        return plain, tuple(replace(thing, opened_by=()) for thing in things)
 
     def characters(
         self,

@@ -77,7 +77,7 @@ def estimated_bytes(spec: GridSpec, all_keys: Keys | None = None) -> int:
 
 def _arrangements(spec: GridSpec) -> int:
     """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
-    return spec.place_count ** len(spec.entities)
+    return 0 if spec.is_sparse else spec.arrangement_count
 
 
 def check_memory(spec: GridSpec, what_fits: str | None = None) -> None:

@@ -180,7 +180,7 @@ class GridReader:
             if name not in self.spec.entities:
                 hint = did_you_mean(name, self.spec.entities)
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
-        state = int(self.dynamics.lookup[code])
+        state = int(self.dynamics.find(np.array(code)))
         if state < 0:
             there = [tuple(c) for c in cells.values() if isinstance(c, list | tuple)]
             for thing in filter(self.spec.is_fixed, self.spec.things):

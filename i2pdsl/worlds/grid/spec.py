@@ -18,6 +18,7 @@ ALL_OFFSETS = OFFSETS + OFFSETS[:STAY]  # of ALL_ACTIONS
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
+MOST_LISTED = 2**24  # arrangements of which a table is made in any case
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
 Cell = tuple[int, int]  # (column, row)
 Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
@@ -81,14 +82,14 @@ class Thing:
     """An object that stands in the way, and can be moved by those who push or pull it.
 
     Several of a `count` are all alike, so who is who of them is not part of a state. One that is
-    `opened_by` another is a door: it is gone once somebody who carries that steps into it.
+    `opened_by` others is a door: it is gone once somebody who carries one of those steps into it.
     """
 
     name: str
     may_be_absent: bool = False
     count: int = 1
     cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
-    opened_by: str = ""
+    opened_by: tuple[str, ...] = ()
     sprite: str = "box"
     color: str = "#b08a5a"
 
@@ -223,6 +224,19 @@ class GridSpec:
         """How many numbers of cells there are: of free ones, of absence, and of being carried."""
         carried = any(c.carries for c in self.characters)
         return len(self.free_cells) + 1 + carried * len(self.characters)
+
+    @property
+    def arrangement_count(self) -> int:
+        """How many arrangements of the entities there are, valid or not."""
+        return self.place_count ** len(self.entities)
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether arrangements are looked for among the valid ones, since a table of all would be
+        long; what falls needs the table."""
+        alike = math.prod(math.factorial(thing.count) for thing in self.things)
+        long = max(MOST_LISTED, 8 * alike * self.state_count)
+        return not self.events and long < self.arrangement_count < 2**62
 
     @property
     def is_limited(self) -> bool:
