@@ -21,6 +21,7 @@ from i2pdsl.worlds.grid.planning import (
     check_numbers,
     estimated_bytes,
     is_plain,
+    listed_arrangements,
     load_or_plan,
     problem_keys,
 )
@@ -64,7 +65,7 @@ def additive_bytes(spec: GridSpec, most: int) -> int:
     copies for a search (measured); the values of all sub-worlds; and the largest one's planning."""
     parts = _parts(spec, most)
     listed = spec.state_count * (60 * len(spec.characters) + 6 * len(spec.entities) + 40)
-    listed += 12 * spec.place_count ** len(spec.entities)
+    listed += 12 * listed_arrangements(spec)
     kept = sum(
         16 * part.spec.place_count ** len(part.spec.entities) * sum(map(len, part.keys))
         for part in parts
@@ -95,7 +96,7 @@ def check_size(spec: GridSpec) -> None:
 
 def _what_fits(spec: GridSpec, most: int) -> str | None:
     """An additive plan that would fit, with at most so many at once; None where there is none."""
-    if not is_plain(spec) or spec.place_count ** len(spec.entities) > LARGEST_INDEX:
+    if not is_plain(spec) or listed_arrangements(spec) > LARGEST_INDEX:
         return None
     for fewer in range(min(most, len(spec.entities) - 1), 1, -1):
         needed = additive_bytes(spec, fewer)
