@@ -226,8 +226,11 @@ class GridSpec:
 
     def is_fixed(self, thing: Thing) -> bool:
         """Whether something stays where it is at first, until it is taken for good or opened."""
-        put = any(thing.name in c.puts_down for c in self.characters)
-        return bool(thing.opened_by or (self.holders(thing.name) and not put))
+        return self.is_linked(thing) and not any(thing.name in c.puts_down for c in self.characters)
+
+    def is_linked(self, thing: Thing) -> bool:
+        """Whether something is a door, or somebody carries it."""
+        return bool(thing.opened_by or self.holders(thing.name))
 
     def holders(self, thing: str) -> tuple[int, ...]:
         """The characters who carry something."""
