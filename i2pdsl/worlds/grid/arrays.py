@@ -163,15 +163,16 @@ class Moves:
     slots: int
     entities: int
     events: tuple[int, ...]  # the entity that each event drops
-    actions: tuple[int, ...]  # how many each character has
+    actions: tuple[tuple[str, ...], ...]  # of each character
     alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
     frames: int = 1  # F
     together: bool = False
 
     def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
         """(action, success) for each outcome of a character; staying cannot fail."""
-        succeed = tuple((a, True) for a in range(self.actions[who]))
-        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
+        numbers = range(len(self.actions[who]))
+        succeed = tuple((a, True) for a in numbers)
+        fail = tuple((a, False) for a in numbers if a != STAY)
         return succeed + fail if self.weak[who] else succeed
 
     @property

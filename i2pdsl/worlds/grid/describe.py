@@ -22,6 +22,8 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "pushes": list(c.pushes),
                 **({"pulls": list(c.pulls)} if c.pulls else {}),
                 **({"carries": list(c.carries)} if c.carries else {}),
+                **({"puts_down": list(c.puts_down)} if c.puts_down else {}),
+                **({"diagonals": True} if c.diagonals else {}),
                 "toward": _one([name for name, _ in c.attitudes]),
                 "models": _one(c.models),
                 **({"misreads": list(c.misreads)} if c.misreads else {}),
@@ -68,6 +70,8 @@ def in_words(spec: GridSpec) -> list[str]:
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
         pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
         pushes += f"; carries {', '.join(c.carries)}" if c.carries else ""
+        pushes += f"; puts down {', '.join(c.puts_down)}" if c.puts_down else ""
+        pushes += "; moves aslant" if c.diagonals else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         told = f": {t.count} that are alike" if t.count > 1 else ""

@@ -8,6 +8,7 @@ the order of their cells: whichever arrangement of them an action leads to, it i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import permutations, product
@@ -15,7 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
+from i2pdsl.worlds.grid.spec import (
+    ACTIONS,
+    DIAGONALS,
+    OFFSET_OF,
+    OFFSETS,
+    PULLS,
+    PUTS,
+    GridSpec,
+)
 
 Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
@@ -130,24 +139,38 @@ def _orders(spec: GridSpec) -> list[list[int]]:
     return found
 
 
-def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
-    """The neighbouring cell in each direction, -1 where there is a wall or that is not the way:
-    int [N + 1, 9]."""
+Neighbours = Mapping[str, np.ndarray]
+"""Of each action the cell [N + 1] to which it leads from each, -1 where there is a wall or that is
+not the way; the last is that of no cell."""
+
+
+def _neighbours(spec: GridSpec, count: int) -> Neighbours:
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     walls = set(spec.walls)
     ways = {cell: tile.one_way for tile in spec.tiles if tile.one_way for cell in tile.cells}
-    table = np.full((count + 1, len(ALL_ACTIONS)), -1, dtype=np.int64)
-    for here, cell in number.items():
-        for action, (dx, dy) in enumerate(ALL_OFFSETS):
+    plain = {}
+    for action, (dx, dy) in zip(ACTIONS, OFFSETS, strict=True):
+        table = np.full(count + 1, -1, dtype=np.int64)
+        for here, cell in number.items():
             there = here[0] + dx, here[1] + dy
-            way = ACTIONS[action if action <= STAY else action - STAY - 1]
-            wrong = action != STAY and any(way not in ways.get(c, ACTIONS) for c in (here, there))
-            if (here, there) not in walls and (there, here) not in walls and not wrong:
-                table[cell, action] = number.get(there, -1)
-    return table
+            wrong = any(action not in ways.get(c, ACTIONS) for c in (here, there))
+            is_open = (here, there) not in walls and (there, here) not in walls
+            if there == here or (is_open and not wrong):
+                table[cell] = number.get(there, -1)
+        plain[action] = table
+    found = {
+        action: plain[ACTIONS[OFFSETS.index(way)]]
+        for action, way in OFFSET_OF.items()
+        if way in OFFSETS
+    }
+    for action in DIAGONALS:
+        one, other = (plain[way] for way in action.split("_"))
+        # Aslant only where both ways around the corner are open; -1 reads the last, which is -1.
+        found[action] = np.where(other[one] == one[other], other[one], -1)
+    return found
 
 
-def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.ndarray:
+def _in_reach(spec: GridSpec, neighbour: Neighbours, strides: np.ndarray) -> np.ndarray:
     """The cells [S, E] of all arrangements that a limited world can come to in time, in the middle
     of a frame too, sorted."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
@@ -188,7 +211,7 @@ def _successors(
     spec: GridSpec,
     who: int,
     cells: np.ndarray,
-    neighbour: np.ndarray,
+    neighbour: Neighbours,
     strides: np.ndarray,
 ) -> np.ndarray:
     """What each action of one character leads to, if it succeeds: numbers of arrangements,
@@ -206,14 +229,17 @@ def _successors(
         for thing in spec.things
         if thing.opened_by
     }
-    for action in range(len(character.actions)):
-        target = neighbour[own, action]
-        beyond = neighbour[target, action]  # -1 reads the last row, which is all -1
+    for row, action in enumerate(character.actions):
+        target = neighbour[action][own]
+        if action in PUTS:
+            result[row] = base + _put(spec, who, cells, target, strides)
+            continue
+        beyond = neighbour[action][target]  # -1 reads the last row, which is -1
         possible = target >= 0
         index = base + (target - own) * strides[who]
         for other in others:
             met = (cells[:, other] == target) & (target >= 0)
-            if action < STAY and (other in mine or other in locks):
+            if action not in PULLS and action != "stay" and (other in mine or other in locks):
                 # It is taken, or a door that opens to who has its key.
                 keys = locks.get(other, [])
                 able = other in mine or (cells[:, keys] == absent + 1 + who).any(1)
@@ -221,7 +247,7 @@ def _successors(
                 possible &= ~met | able
                 index += np.where(met & able, (goes - target) * strides[other], 0)
                 continue
-            if other not in pushed or action > STAY:
+            if other not in pushed or action not in ACTIONS:
                 possible &= ~met
                 continue
             free = beyond >= 0
@@ -230,21 +256,41 @@ def _successors(
                     free &= cells[:, third] != beyond
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
-        if action > STAY:  # it goes one cell, and what stands behind it comes to where it was
-            behind = _behind(neighbour, action)[own]
+        if action in PULLS:  # it goes one cell, and what stands behind it comes to where it was
+            behind = _behind(neighbour[action])[own]
             held = np.zeros(len(cells), dtype=bool)
             for other in pulled:
                 follows = (cells[:, other] == behind) & (behind >= 0)
                 held |= follows
                 index += np.where(follows, (own - behind) * strides[other], 0)
             possible &= held
-        result[action] = np.where(possible, index, base)
+        result[row] = np.where(possible, index, base)
     return result
 
 
-def _behind(neighbour: np.ndarray, action: int) -> np.ndarray:
+def _put(
+    spec: GridSpec, who: int, cells: np.ndarray, target: np.ndarray, strides: np.ndarray
+) -> np.ndarray:
+    """What the numbers of arrangements change by as a character puts down, on the target, the
+    first of the things that it has and that can go there; or hands it to who stands there and
+    carries such."""
+    absent = len(spec.free_cells)
+    change, done = np.zeros(len(cells), dtype=np.int64), target < 0
+    taken = (cells == target[:, None]).any(1)
+    for thing in spec.characters[who].puts_down:
+        number = spec.entities.index(thing)
+        goes = np.where(taken, -1, target)
+        for other in spec.holders(thing):
+            goes = np.where(cells[:, other] == target, absent + 1 + other, goes)
+        able = ~done & (cells[:, number] == absent + 1 + who) & (goes >= 0)
+        change += np.where(able, (goes - cells[:, number]) * strides[number], 0)
+        done |= able
+    return change
+
+
+def _behind(neighbour: np.ndarray) -> np.ndarray:
     """The cell [N + 1] from which an action leads to each, -1 where there is none."""
     found = np.full(len(neighbour), -1)
-    cells = np.flatnonzero(neighbour[:, action] >= 0)
-    found[neighbour[cells, action]] = cells
+    cells = np.flatnonzero(neighbour >= 0)
+    found[neighbour[cells]] = cells
     return found

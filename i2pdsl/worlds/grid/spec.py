@@ -11,10 +11,16 @@ from typing import Any, ClassVar
 
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
+DIAGONALS = ("north_east", "south_east", "south_west", "north_west")
 PULLS = ("pull_north", "pull_south", "pull_east", "pull_west")
-ALL_ACTIONS = ACTIONS + PULLS
+PUTS = ("put_north", "put_south", "put_east", "put_west")
+ALL_ACTIONS = ACTIONS + DIAGONALS + PULLS + PUTS
 OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the order of ACTIONS
-ALL_OFFSETS = OFFSETS + OFFSETS[:STAY]  # of ALL_ACTIONS
+OFFSET_OF = dict(zip(ACTIONS, OFFSETS, strict=True)) | {
+    **dict(zip(DIAGONALS, ((1, -1), (1, 1), (-1, 1), (-1, -1)), strict=True)),
+    **dict(zip(PULLS, OFFSETS, strict=False)),
+    **dict(zip(PUTS, OFFSETS, strict=False)),
+}
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
@@ -51,7 +57,9 @@ class Character:
         attitudes: the others whom this one has an attitude to, and how large that may be.
         models: the others whose plans this one sees through; those of `attitudes` are among them.
         misreads: those of them of whom it may be wrong about what they want.
-        carries: the objects that it takes by stepping on their cells, and keeps.
+        carries: the objects that it takes by stepping on their cells.
+        puts_down: those of them that it can put down, or hand over, the first first.
+        diagonals: whether it also moves aslant.
     """
 
     name: str
@@ -60,6 +68,8 @@ class Character:
     pushes: tuple[str, ...] = ()
     pulls: tuple[str, ...] = ()
     carries: tuple[str, ...] = ()
+    puts_down: tuple[str, ...] = ()
+    diagonals: bool = False
     attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     models: tuple[str, ...] = ()
     misreads: tuple[str, ...] = ()
@@ -73,8 +83,10 @@ class Character:
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """What it can choose: the pulls only if there is something that it pulls."""
-        return ALL_ACTIONS if self.pulls else ACTIONS
+        """What it can choose, in the order of ALL_ACTIONS: the pulls only if there is something
+        that it pulls, and so on."""
+        more = (DIAGONALS, self.diagonals), (PULLS, self.pulls), (PUTS, self.puts_down)
+        return ACTIONS + sum((those for those, can in more if can), ())
 
 
 @dataclass(frozen=True)
@@ -197,7 +209,7 @@ class GridSpec:
         """The numbers of the cells that each entity can be on, [E]: those of the free cells; then
         that of absence; then, for what is carried, that of each character who has it.
 
-        What is carried, or a door, is not moved otherwise.
+        A door, or what is taken and not put down, is only where it is at first.
         """
         absent, everywhere = len(self.free_cells), tuple(range(len(self.free_cells)))
         found = [everywhere] * len(self.characters)
@@ -208,11 +220,16 @@ class GridSpec:
                 holders = self.holders(thing.name)
                 found.append((first, *away, *(absent + 1 + who for who in holders)))
             else:
-                found += [everywhere + (absent,) * thing.may_be_absent] * thing.count
+                held = tuple(absent + 1 + who for who in self.holders(thing.name))
+                found += [everywhere + (absent,) * thing.may_be_absent + held] * thing.count
         return tuple(found)
 
     def is_fixed(self, thing: Thing) -> bool:
-        """Whether something stays where it is at first, until it is taken or opened."""
+        """Whether something stays where it is at first, until it is taken for good or opened."""
+        return self.is_linked(thing) and not any(thing.name in c.puts_down for c in self.characters)
+
+    def is_linked(self, thing: Thing) -> bool:
+        """Whether something is a door, or somebody carries it."""
         return bool(thing.opened_by or self.holders(thing.name))
 
     def holders(self, thing: str) -> tuple[int, ...]:
@@ -324,7 +341,7 @@ class GridSpec:
             *(
                 (item, key)
                 for item in content["characters"]
-                for key in ("pulls", "carries", "misreads")
+                for key in ("pulls", "carries", "puts_down", "diagonals", "misreads")
             ),
             *((item, "opened_by") for item in content["things"]),
             *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),
