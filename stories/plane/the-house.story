@@ -6,6 +6,7 @@ length 120
 
 maximize depict(rho < 0 and G_little = inside)
 minimize sum_t 0.2 * [distance(little, big) @ script[t]]
+maximize sum_{t in 1..T/3} 3 * [progress(little, inside) @ script[t]]
 minimize sum_{t in T/2..T} 3 * [progress(little, inside) @ script[t]]
 minimize sum_t 0.1 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 

@@ -59,9 +59,9 @@ def core(spec: GridSpec, who: int) -> Entities:
         each = waiting.pop()
         found.add(each)
         waiting += [names.index(name) for name in spec.characters[each].models]
-    fixed = tuple(thing.name for thing in spec.things if spec.is_fixed(thing))
-    holders = {each for name in fixed for each in spec.holders(name)}
-    return frozenset(found | holders | spec.numbers_of(fixed))
+    linked = tuple(thing.name for thing in spec.things if spec.is_linked(thing))
+    holders = {each for name in linked for each in spec.holders(name)}
+    return frozenset(found | holders | spec.numbers_of(linked))
 
 
 def coefficients(spec: GridSpec, who: int, at_once: int) -> dict[Entities, int]:
@@ -97,7 +97,7 @@ def _sub_world(
     entities, count = tuple(sorted(kept)), len(spec.characters)
     things = _things(spec, kept)
     # Things that differ in nothing but their names are called alike: their worlds are planned once.
-    plain = not any(spec.is_fixed(thing) for thing in things)
+    plain = not any(spec.is_linked(thing) for thing in things)
     called = {t.name: f"thing {i}" if plain else t.name for i, t in enumerate(things)}
     called |= {c.name: c.name for who, c in enumerate(spec.characters) if who in kept}
 

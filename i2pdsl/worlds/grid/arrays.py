@@ -164,11 +164,12 @@ class Moves:
     slots: int
     entities: int
     events: tuple[int, ...]  # the entity that each event drops
-    actions: tuple[int, ...]  # how many each character has
+    actions: tuple[tuple[str, ...], ...]  # of each character
     alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
     frames: int = 1  # F
     together: bool = False
 
+<<<<<<< HEAD
     @cached_property
     def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
         """(action, success) for each outcome of each character; staying cannot fail."""
@@ -178,6 +179,14 @@ class Moves:
             fail = tuple((a, False) for a in range(count) if a != STAY)
             found.append(succeed + fail if is_weak else succeed)
         return tuple(found)
+=======
+    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
+        """(action, success) for each outcome of a character; staying cannot fail."""
+        numbers = range(len(self.actions[who]))
+        succeed = tuple((a, True) for a in numbers)
+        fail = tuple((a, False) for a in numbers if a != STAY)
+        return succeed + fail if self.weak[who] else succeed
+>>>>>>> main
 
     @cached_property
     def counts(self) -> tuple[int, ...]:

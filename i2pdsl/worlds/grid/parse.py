@@ -401,11 +401,8 @@ class _Reader(MapReader):
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
         others = tuple(name for name in names if name != block.name)
         opened = self.words(block, "opened_by", others, "other object")
-        for name in opened[1:]:
-            message = f"one object opens `{block.name}`, `{name}` is another"
-            self.problem("world-cast", message, block.entries["opened_by"].span)
         color = self.color(block, "color", "#b08a5a")
-        return Thing(block.name, absent, count, cells, next(iter(opened), ""), sprite, color)
+        return Thing(block.name, absent, count, cells, opened, sprite, color)
 
     def check_carrying(
         self, characters: tuple[Character, ...], things: tuple[Thing, ...]
@@ -414,6 +411,7 @@ class _Reader(MapReader):
         is a mistake, and nothing is."""
         before, blocks = len(self.problems), {b.name: b for b in self.blocks}
         carried = {name for c in characters for name in c.carries}
+        put = {name for c in characters for name in c.puts_down}
         for thing in things:
             if thing.name not in carried and not thing.opened_by:
                 continue
@@ -421,7 +419,8 @@ class _Reader(MapReader):
             what = "is carried" if thing.name in carried else "is opened"
             movers = [c.name for c in characters if thing.name in c.pushes + c.pulls]
             wrong = {
-                "has no place at first": len(thing.cells) != 1,
+                "has no place at first": not thing.cells and thing.name not in put,
+                "there are several": thing.count > 1,
                 "may be absent": thing.may_be_absent,
                 "is opened, too": thing.name in carried and bool(thing.opened_by),
                 f"is moved by {' and '.join(movers)}, too": bool(movers),
@@ -429,14 +428,14 @@ class _Reader(MapReader):
             for told in (told for told, is_so in wrong.items() if is_so):
                 hint = "it stands where `symbol` or `cell` says until it is taken or opened"
                 self.problem("world-cast", f"`{thing.name}` {what}, but {told}", block.span, hint)
-            if thing.opened_by and thing.opened_by not in carried:
-                message = f"nobody carries `{thing.opened_by}`, which opens `{thing.name}`"
-                hint = f"a character has `carries = {thing.opened_by}`"
+            for key in (key for key in thing.opened_by if key not in carried):
+                message = f"nobody carries `{key}`, which opens `{thing.name}`"
+                hint = f"a character has `carries = {key}`"
                 self.problem("world-cast", message, block.keys["opened_by"], hint)
         if len(self.problems) == before and not self.incomplete:
             return characters, things
-        plain = tuple(replace(c, carries=()) for c in characters)
-        return plain, tuple(replace(thing, opened_by="") for thing in things)
+        plain = tuple(replace(c, carries=(), puts_down=()) for c in characters)
+        return plain, tuple(replace(thing, opened_by=()) for thing in things)
 
     def characters(
         self,
@@ -495,6 +494,12 @@ class _Reader(MapReader):
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
         carries = self.words(block, "carries", things, "object")
+        puts_down = self.words(block, "puts_down", things, "object")
+        for name in (name for name in puts_down if name not in carries):
+            message = f"`{block.name}` does not carry `{name}`, and cannot put it down"
+            hint = f"add `{name}` to `carries`"
+            self.problem("world-cast", message, block.entries["puts_down"].span, hint)
+        diagonals = self.word(block, "diagonals", "no", ("yes", "no")) == "yes"
         attitudes = self.attitudes(block, others)
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
@@ -515,6 +520,8 @@ class _Reader(MapReader):
             pushes,
             pulls,
             carries,
+            tuple(name for name in puts_down if name in carries),
+            diagonals,
             attitudes,
             modelled,
             tuple(name for name in misreads if name in modelled),

@@ -215,7 +215,7 @@ class GridWorld:
             number = self._drop(turn)
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
-        code = self.turn_number([(act.action, not act.fails) for act in turn])
+        code = self.turn_number([self._done(who, act) for who, act in enumerate(turn)])
         return zero + code, zero == 0
 
     def turn_number(self, chosen: Sequence[tuple[int, bool]]) -> np.ndarray:
@@ -239,8 +239,13 @@ class GridWorld:
     ) -> Array:
         if isinstance(turn, ty.Drop):
             return action == self.moves.turn_count + self._drop(turn)
-        acts = tuple(None if act is None else (act.action, act.fails) for act in turn)
+        acts = [None if act is None else self._done(who, act) for who, act in enumerate(turn)]
         return features.is_turn(tables, self.moves, before, action, acts)
+
+    def _done(self, who: int, act: ty.Act) -> tuple[int, bool]:
+        """An action of a character in its own numbers, and whether it succeeds."""
+        name = self.vocabulary.actions[act.action]
+        return self.moves.actions[who].index(name), not act.fails
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
@@ -405,7 +410,7 @@ def assemble(
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
         len(spec.entities),
         tuple(spec.entities.index(thing) for _, things in spec.events for thing in things),
-        tuple(len(c.actions) for c in spec.characters),
+        tuple(c.actions for c in spec.characters),
         spec.groups,
         spec.frame_count,
         spec.together,
