@@ -169,24 +169,15 @@ class Moves:
     frames: int = 1  # F
     together: bool = False
 
-<<<<<<< HEAD
     @cached_property
     def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
         """(action, success) for each outcome of each character; staying cannot fail."""
         found = []
-        for count, is_weak in zip(self.actions, self.weak, strict=True):
-            succeed = tuple((a, True) for a in range(count))
-            fail = tuple((a, False) for a in range(count) if a != STAY)
+        for actions, is_weak in zip(self.actions, self.weak, strict=True):
+            succeed = tuple((a, True) for a in range(len(actions)))
+            fail = tuple((a, False) for a, _ in succeed if a != STAY)
             found.append(succeed + fail if is_weak else succeed)
         return tuple(found)
-=======
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        numbers = range(len(self.actions[who]))
-        succeed = tuple((a, True) for a in numbers)
-        fail = tuple((a, False) for a in numbers if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
->>>>>>> main
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
