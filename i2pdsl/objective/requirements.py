@@ -223,7 +223,7 @@ class _Verdicts:
         near = (0, frame) if isinstance(node, ty.Feature) else (0, frame - 1, frame)
         plain = all(m.first is None and not m.turns and m.frames[0] in near for m in moments)
         whole = all(m.seen is None or m.frames[0] == frame for m in moments)
-        if not (plain and whole and 0 < frame):
+        if not (plain and whole and frame > 0):
             return node
         if self.events is None and isinstance(node, ty.Feature) and frame <= self.length:
             return self._of_any_frame(node, frame)
