@@ -162,7 +162,7 @@ class Arithmetic(Elaboration):
     def function(self, node: ast.Call, env: Env) -> Item:
         function = FUNCTIONS[node.callee.id]
         self.check_arity(node, env)
-        if function.takes != "number":
+        if function.gives != "number":
             message = f"`{function.name}` stands for latents, it is no number"
             raise self.blame("type", message, node, env, f"write `{function.example}`")
         values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
