@@ -105,7 +105,7 @@ class Predicates(Arithmetic):
     def believes(self, node: ast.Call, env: Env) -> Item:
         """`believes(who, event)`: an event about what somebody takes for true."""
         self.check_arity(node, env)
-        who, event = (argument.value for argument in node.arguments)
+        who, event = (argument.comparison or argument.value for argument in node.arguments)
         name = self.world.characters[self.character(who, env)]
         readings = self.world.readings.get(name, {})
         message = hint = None
