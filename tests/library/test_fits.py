@@ -102,7 +102,7 @@ def test_candidates_are_of_the_world() -> None:
 
 def test_work_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was not tried is said to be so."""
-    monkeypatch.setattr(fits, "MOST_WORK", 5000)
+    monkeypatch.setattr(fits, "MOST_WORK", 6000)
     lines = [f"pattern p{i}(e) = {' + '.join(['depict(e)'] * 20)}" for i in range(20)]
     first, *_, last = packed(tmp_path, "\n".join(lines)).patterns
     assert fits.was_tried(first)
