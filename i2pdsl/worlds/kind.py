@@ -73,6 +73,25 @@ class Prepared:
     finished: bool = True
 
 
+@dataclass(frozen=True)
+class Approximation:
+    """How a world is planned that is not planned exactly.
+
+    Attributes:
+        method: in words.
+        closer: the same world planned by a method nearer to exact planning, if that fits.
+        closer_method: that in words; or why there is none.
+        copy: a small copy of the world as it is planned, and planned exactly, if there is one.
+        told: how small the copy is, in words.
+    """
+
+    method: str
+    closer: Any | None
+    closer_method: str
+    copy: tuple[Any, Any] | None
+    told: str
+
+
 Cell = tuple[int, int]
 Side = tuple[Cell, Cell]
 """Two neighbouring cells, the northern or western one first."""
@@ -167,6 +186,10 @@ class Kind(ABC):
     def imagined_otherwise(self, spec: Any) -> Any | None:
         """The same world as viewers may also think that it works, for a wide panel
         (objective/panel.py); None where there is nothing of that kind to doubt."""
+        return None
+
+    def approximation(self, spec: Any) -> Approximation | None:
+        """How it is planned approximately, as the machine allows; None where plans are exact."""
         return None
 
     @abstractmethod

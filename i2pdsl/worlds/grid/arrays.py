@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -168,16 +169,19 @@ class Moves:
     frames: int = 1  # F
     together: bool = False
 
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        numbers = range(len(self.actions[who]))
-        succeed = tuple((a, True) for a in numbers)
-        fail = tuple((a, False) for a in numbers if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
+    @cached_property
+    def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
+        """(action, success) for each outcome of each character; staying cannot fail."""
+        found = []
+        for actions, is_weak in zip(self.actions, self.weak, strict=True):
+            succeed = tuple((a, True) for a in range(len(actions)))
+            fail = tuple((a, False) for a, _ in succeed if a != STAY)
+            found.append(succeed + fail if is_weak else succeed)
+        return tuple(found)
 
-    @property
+    @cached_property
     def counts(self) -> tuple[int, ...]:
-        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
+        return tuple(map(len, self.outcomes))
 
     @property
     def turn_count(self) -> int:

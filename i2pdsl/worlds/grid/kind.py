@@ -21,7 +21,7 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.kind import DrawnMap, Imported, Kind, Prepared, Watch
+from i2pdsl.worlds.kind import Approximation, DrawnMap, Imported, Kind, Prepared, Watch
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,6 +58,11 @@ class GridKind(Kind):
             return None
         other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
         return spec.with_settings({"level0": other})
+
+    def approximation(self, spec: GridSpec) -> Approximation | None:
+        from i2pdsl.worlds.grid.method import approximation
+
+        return approximation(spec)
 
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)

@@ -14,18 +14,24 @@ from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import (
     LARGEST_INDEX,
     SMALLER,
+    Keys,
     Plan,
     Report,
     check_memory,
     check_numbers,
     estimated_bytes,
     is_plain,
+    listed_arrangements,
     load_or_plan,
     problem_keys,
 )
+from i2pdsl.worlds.grid.reduced import reduced
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.kind import Approximation
 
 PATIENCE = 600.0  # seconds of exact planning above which `auto` is additive
+PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
+BRIEF = 8.0  # seconds of exact planning on a small copy
 # What a sweep takes for each state and problem (measured: the kitchen, two cores), and how many
 # there are for each 1 / (1 - gamma).
 SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
@@ -47,9 +53,9 @@ def _needs_all(spec: GridSpec) -> bool:
     return any(len(core(spec, who)) >= len(spec.entities) for who in range(len(spec.characters)))
 
 
-def estimated_seconds(spec: GridSpec) -> float:
+def estimated_seconds(spec: GridSpec, keys: Keys | None = None) -> float:
     """How long exact planning takes, roughly."""
-    problems = sum(map(len, problem_keys(spec)))
+    problems = sum(map(len, keys or problem_keys(spec)))
     sweeps = SWEEPS * spec.frame_count / (1 - spec.settings.gamma)
     return SWEEP_SECONDS * spec.state_count * problems * len(spec.characters) * sweeps
 
@@ -59,7 +65,7 @@ def additive_bytes(spec: GridSpec, most: int) -> int:
     copies for a search (measured); the values of all sub-worlds; and the largest one's planning."""
     parts = _parts(spec, most)
     listed = spec.state_count * (60 * len(spec.characters) + 6 * len(spec.entities) + 40)
-    listed += 12 * spec.place_count ** len(spec.entities)
+    listed += 12 * listed_arrangements(spec)
     kept = sum(
         16 * part.spec.place_count ** len(part.spec.entities) * sum(map(len, part.keys))
         for part in parts
@@ -90,7 +96,7 @@ def check_size(spec: GridSpec) -> None:
 
 def _what_fits(spec: GridSpec, most: int) -> str | None:
     """An additive plan that would fit, with at most so many at once; None where there is none."""
-    if not is_plain(spec) or spec.place_count ** len(spec.entities) > LARGEST_INDEX:
+    if not is_plain(spec) or listed_arrangements(spec) > LARGEST_INDEX:
         return None
     for fewer in range(min(most, len(spec.entities) - 1), 1, -1):
         needed = additive_bytes(spec, fewer)
@@ -133,3 +139,40 @@ def _parts(spec: GridSpec, most: int) -> list[SubWorld]:
     every = sub_worlds(spec, problem_keys(spec), most).values()
     distinct = dict.fromkeys(replace(part, entities=()) for part in every)
     return sorted(distinct, key=lambda part: -part.spec.state_count)
+
+
+def approximation(spec: GridSpec) -> Approximation | None:
+    """How a world is planned that is not planned exactly: against the next number at once, if that
+    fits, and against exact plans on a small map."""
+    most = at_once(spec)
+    if most is None:
+        return None
+    closer, told = _next(spec, most)
+    small = reduced(spec, lambda each: estimated_seconds(each) <= BRIEF)
+    copy, size = None, ""
+    if small is not None:
+        named = replace(small, name=f"a copy of {spec.name}")
+        additive = named.with_settings({"method": "additive", "at_once": most})
+        copy = additive, named.with_settings({"method": "exact"})
+        size = f"a copy with {len(small.free_cells)} of {len(spec.free_cells)} cells"
+    return Approximation(f"additive, {most} at once", closer, told, copy, size)
+
+
+def _next(spec: GridSpec, most: int) -> tuple[GridSpec | None, str]:
+    """A world with more planned for at once, and that in words; or why there is none."""
+    more = most + 1
+    if more >= len(spec.entities):
+        told, closer = "exact plans", spec.with_settings({"method": "exact"})
+        needed, seconds = estimated_bytes(spec), estimated_seconds(spec)
+    else:
+        told, closer = (
+            f"{more} at once",
+            spec.with_settings({"method": "additive", "at_once": more}),
+        )
+        needed = additive_bytes(spec, more)
+        seconds = sum(estimated_seconds(part.spec, part.keys) for part in _parts(spec, more))
+    if needed > memory_limit():
+        return None, f"{told} would take {needed / 2**30:.1f} GiB of memory"
+    if seconds > PATIENCE_TO_JUDGE:
+        return None, f"{told} would take about {seconds / 60:.0f} minutes"
+    return closer, told

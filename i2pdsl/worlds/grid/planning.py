@@ -72,10 +72,10 @@ def estimated_bytes(spec: GridSpec, all_keys: Keys | None = None) -> int:
     each = 100 * problems + 500
     if spec.settings.horizon:  # the values of every frame, and their copy on the device
         each += 8 * spec.frame_count * problems
-    return 2**26 + spec.state_count * each + 4 * _arrangements(spec)
+    return 2**26 + spec.state_count * each + 4 * listed_arrangements(spec)
 
 
-def _arrangements(spec: GridSpec) -> int:
+def listed_arrangements(spec: GridSpec) -> int:
     """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
     return 0 if spec.is_sparse else spec.arrangement_count
 
@@ -100,10 +100,11 @@ def check_memory(spec: GridSpec, what_fits: str | None = None) -> None:
 def check_numbers(spec: GridSpec) -> None:
     """Refuses a world whose states cannot be numbered. Raises StoryError."""
     whole, hint = whole_file(f"{spec.name}.world"), SMALLER
-    if _arrangements(spec) > LARGEST_INDEX:
+    listed = listed_arrangements(spec)
+    if listed > LARGEST_INDEX:
         message = (
-            f"the world has {_arrangements(spec):,} arrangements of its characters and objects, "
-            f"more than can be numbered ({LARGEST_INDEX:,})"
+            f"the world has {listed:,} arrangements of its characters and objects, more "
+            f"than can be numbered ({LARGEST_INDEX:,})"
         )
         raise error("too-large", message, whole, hint)
     if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:

@@ -191,7 +191,7 @@ class GridSpec:
             if symbol != WALL
         )
 
-    @property
+    @cached_property
     def entities(self) -> tuple[str, ...]:
         """The names of the characters and then of the things: the order of a state's cells."""
         return tuple(c.name for c in self.characters) + tuple(

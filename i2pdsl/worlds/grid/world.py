@@ -124,7 +124,7 @@ class GridWorld:
         return model.endings(tables, self.moves, state)
 
     def branch_actions(self, who: int) -> tuple[int, ...]:
-        return tuple(action for action, _ in self.moves.outcomes(who))
+        return tuple(action for action, _ in self.moves.outcomes[who])
 
     def drops(self, tables: Tables, state: Array) -> tuple[Array, Array]:
         return model.drops(tables, self.moves, state)
@@ -222,7 +222,7 @@ class GridWorld:
         """The number of a turn in which each character does an action, and succeeds or not."""
         number: Array = 0
         for who, outcome in enumerate(chosen):
-            number = number * self.moves.counts[who] + self.moves.outcomes(who).index(outcome)
+            number = number * self.moves.counts[who] + self.moves.outcomes[who].index(outcome)
         return np.asarray(number)
 
     def _drop(self, drop: ty.Drop) -> int:
