@@ -14,7 +14,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, TypedStory, check_query
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import USUAL, Audience, Requirement
+from i2pdsl.language.story import USUAL, Audience, Requirement, watching
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.frame import Frame
@@ -163,7 +163,7 @@ class Script(Shown):
         """
         words, source = self.world.vocabulary, Source("audience", audience)
         found = check_audience(source, words, self.module, self.audiences)
-        observers = tuple(observer for each in found for observer in each.observers)
+        observers = watching((o for each in found for o in each.observers), self.length)
         world = ready_world(self.world.spec, viewers_of(self.world.spec, observers), watch)
         frames = replay(world, self.trajectory.states, self.trajectory.actions)
         return replace(self, world=world, frames=frames, audiences=found)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -41,6 +42,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
+        swarms: the particles of each observer (None of who holds all hypotheses); empty where
+            nobody holds particles.
     """
 
     cells: Array
@@ -64,6 +67,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
+    swarms: tuple[SwarmTables | None, ...] = ()
 
 
 class Against(NamedTuple):
