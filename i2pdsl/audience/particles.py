@@ -112,6 +112,7 @@ class Swarm(NamedTuple):
         marks: what they were after so many observations, [..., K, Q] each; K is 1 where nobody
             forgets.
         seen: how many frames were observed, [...].
+        effective: the effective sample size after the last of them, [...].
     """
 
     minds: Array
@@ -120,6 +121,7 @@ class Swarm(NamedTuple):
     sums: tuple[Array, ...]
     marks: tuple[Array, ...]
     seen: Array
+    effective: Array
 
     def each(self, change: Any, *others: Swarm) -> Swarm:
         """The swarm with each of its arrays changed, given the same ones of others."""
@@ -132,7 +134,7 @@ class Swarm(NamedTuple):
         return Swarm(**held)
 
 
-_PLAIN = ("minds", "log_weight", "since", "seen")
+_PLAIN = ("minds", "log_weight", "since", "seen", "effective")
 
 
 def steps_of(characters: int) -> int:
@@ -154,6 +156,7 @@ def begun(tables: SwarmTables) -> Swarm:
         tuple(xp.zeros((size,), dtype) for size in sizes),
         tuple(xp.zeros((marks, size), dtype) for size in sizes),
         xp.zeros((), dtype=xp.int32),
+        xp.asarray(count, dtype=dtype),
     )
 
 
@@ -201,16 +204,19 @@ def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Ar
     return (weights[..., None, :] @ there)[..., 0, :]
 
 
-def refreshed(tables: SwarmTables, swarm: Swarm) -> Swarm:
-    """The swarm before the next frame: drawn anew and moved where too few count."""
+def after_frame(tables: SwarmTables, swarm: Swarm) -> Swarm:
+    """The swarm as the next frame finds it: drawn anew and moved where too few count."""
     xp = swarm.log_weight.__array_namespace__()
-    low = effective(swarm.log_weight) < tables.least
+    count = effective(swarm.log_weight)
+    low = count < tables.least
     chosen = _resampled(tables, swarm)
     moved = rejuvenated(tables, chosen, tables.draws.moves[swarm.seen])
     return swarm._replace(
         minds=xp.where(low[..., None, None], moved.minds, swarm.minds),
         log_weight=xp.where(low[..., None], moved.log_weight, swarm.log_weight),
         since=xp.where(low[..., None], moved.since, swarm.since),
+        seen=swarm.seen + 1,
+        effective=count,
     )
 
 
@@ -385,8 +391,3 @@ def _marked(xp: Any, marks: Array, sums: Array, number: Array) -> Array:
     """The sums at one more time, [..., K, Q]."""
     here = xp.arange(marks.shape[-2]) == xp.asarray(number)[..., None]
     return xp.where(here[..., None], sums[..., None, :], marks)
-
-
-def after_frame(swarm: Swarm) -> Swarm:
-    """The swarm when a frame is over."""
-    return swarm._replace(seen=swarm.seen + 1)

@@ -108,11 +108,6 @@ class Belief(NamedTuple):
     share: Array | None = None
     swarms: tuple[Swarm, ...] = ()
 
-    def looked_over(self, tables: Sequence[SwarmTables | None]) -> Belief:
-        """The belief as the next frame finds it: particles are drawn anew where few count."""
-        changed = map(particles.refreshed, _of_swarms(tables), self.swarms)
-        return self._replace(swarms=tuple(changed)).shown(tables)
-
     def shown(self, tables: Sequence[SwarmTables | None]) -> Belief:
         """The belief with that of particles in the place of each observer who holds some."""
         if not self.swarms:
@@ -141,9 +136,10 @@ class Belief(NamedTuple):
         )
         return self.after(row, forgetting, switching)._replace(swarms=swarms).shown(tables)
 
-    def over(self) -> Belief:
-        """The belief when a frame is over."""
-        return self._replace(swarms=tuple(map(particles.after_frame, self.swarms)))
+    def over(self, tables: Sequence[SwarmTables | None]) -> Belief:
+        """The belief when a frame is over: particles are drawn anew where few count."""
+        swarms = map(particles.after_frame, _of_swarms(tables), self.swarms)
+        return self._replace(swarms=tuple(swarms))
 
     def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
         """Once an action was observed; see filter.update."""
@@ -210,8 +206,7 @@ def observe(
         after, rows, best = world.outcome(tables, state, action)
     seen, expecting = world.is_observed(action), []
     regret = xp.zeros(belief.log.shape[:-1], belief.log.dtype)
-    if belief.swarms:
-        belief = belief.looked_over(given).where(seen, belief)
+    belief = belief.shown(given)
     for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
         expecting.append(belief)
         after_it = belief.seeing(u, row, world.forgetting(tables), switching, given)
@@ -219,7 +214,7 @@ def observe(
         if best:
             regret = regret + belief.regret(world, best[u] - row)
     if belief.swarms:
-        belief = belief.over().where(seen, belief)
+        belief = belief.over(given).where(seen, belief)
     return Frame(
         number,
         state,

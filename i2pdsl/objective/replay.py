@@ -95,15 +95,14 @@ def replay_all(
     found, expecting = [belief], [np.stack([np.zeros_like(belief.log)] * len(rows), axis=1)]
     for t in range(length):
         earlier, happens = [], seen[:, t]
-        if belief.swarms:
-            belief = belief.looked_over(given).where(happens, belief)
+        belief = belief.shown(given)
         for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
             earlier.append(belief.log)
             if happens.any():
                 updated = belief.seeing(u, row[:, t], forgetting, switching, given)
                 belief = updated.where(happens, belief)
         if belief.swarms:
-            belief = belief.over().where(happens, belief)
+            belief = belief.over(given).where(happens, belief)
         found.append(belief)
         expecting.append(np.stack(earlier, axis=1))
     beliefs = [each.log for each in found]

@@ -51,10 +51,8 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     flat = (turns.state.shape[-1], *observers)
     whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
     lifted = lambda part: part[(None,) * (len(full) - 2)]
-    given, before = world.swarms(tables), node.belief
-    if before.swarms:
-        before = before.looked_over(given)
-    belief = before.map(lifted)._replace(swarms=before.swarms)
+    given = world.swarms(tables)
+    belief = node.belief.map(lifted)._replace(swarms=node.belief.swarms).shown(given)
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
     changes = world.switching(tables)
@@ -66,10 +64,10 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         regret += belief.regret(world, best - row)
     count = flat[0]
     previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
-    swarms = [
+    swarms = tuple(
         swarm.each(lambda part, own: _of_turns(part, own, full[:-2]), first)
-        for swarm, first in zip(belief.over().swarms, node.belief.swarms, strict=True)
-    ]
+        for swarm, first in zip(belief.swarms, node.belief.swarms, strict=True)
+    )
     frame = Frame(
         jnp.full((count,), node.number + 1),
         jnp.full((count,), node.state),
@@ -81,7 +79,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         jnp.stack(rows, axis=1),
         regret.reshape(flat[:-1]),
         shares_of(previous, after, expecting),
-        tuple(swarms),
+        after._replace(swarms=swarms).over(given).swarms,
     )
     if not events:
         return frame, turns.valid
