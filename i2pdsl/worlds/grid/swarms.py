@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.errors import error, whole_file
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.grid.arrays import Tables
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -28,6 +29,10 @@ def swarms_of(
         if viewer.particles is None:
             found.append(None)
             continue
+        if viewer.spec.settings.switching:
+            message = "who holds particles does not think that goals change (`switching`)"
+            hint = "leave out `switching`, or write `bayesian` for `particles`"
+            raise error("audience", message, whole_file(spec.name), hint)
         known = np.array(viewer.known or (True,) * len(words.hypotheses))
         columns = tuple(column[o] for column in tables.columns)
         forgetting = float(viewer.spec.settings.forgetting)
