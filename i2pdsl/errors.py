@@ -159,7 +159,6 @@ def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     return None
 
 
-_MANY = 1000  # words that are too many to be compared with one by one
 _LONGEST_WORD = 60  # that can be a misspelling of another
 
 
@@ -169,27 +168,32 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     One slip of the hand (a letter left out, added, changed, or two exchanged) for every four
     letters, or the beginning of one known word only.
     """
+    from rapidfuzz.distance import OSA  # the edit distance in which an exchange is one slip
+    from rapidfuzz.process import extract
+
     if len(word) > _LONGEST_WORD:
         return None
-    among = known if isinstance(known, set | frozenset) else set(known)
-    if len(among) > _MANY:
-        return min(_one_change(word) & among, default=None)
-    words = sorted(among)
     plain = _folded(word)
-    folded = {_folded(w): w for w in words}
+    folded = {_folded(w): w for w in sorted(known)}
     if plain in folded:
         return folded[plain]
-    slips = {w: _slips(plain, f, _bearable(plain, f)) for f, w in folded.items()}
-    near = {w: n for w, n in slips.items() if n is not None}
+    most = max(1, len(plain) // 4)
+    near = [
+        (slips, folded[f])
+        for f, slips, _ in extract(
+            plain, list(folded), scorer=OSA.distance, score_cutoff=most, limit=None
+        )
+        if slips <= _bearable(plain, f)
+    ]
     if near:
-        return min(near, key=lambda w: (near[w], w))
+        return min(near)[1]
     begun = [w for f, w in folded.items() if len(plain) >= 3 and f.startswith(plain)]
     return begun[0] if len(begun) == 1 else None
 
 
 def _folded(word: str) -> str:
     """A word without what the eye may miss: case, and the ways of writing one letter."""
-    return unicodedata.normalize("NFKC", word).casefold()
+    return word.lower() if word.isascii() else unicodedata.normalize("NFKC", word).casefold()
 
 
 def _bearable(a: str, b: str) -> int:
@@ -198,35 +202,6 @@ def _bearable(a: str, b: str) -> int:
         a, b = a[2:], b[2:]
     shorter = min(len(a), len(b))
     return max(1, shorter // 4) if 3 <= shorter <= _LONGEST_WORD else 0
-
-
-def _slips(a: str, b: str, most: int) -> int | None:
-    """The edit distance with exchanges (optimal string alignment), or None above `most`."""
-    if not most or abs(len(a) - len(b)) > most:
-        return None
-    before: list[int] = []
-    row = list(range(len(b) + 1))
-    for i, x in enumerate(a, 1):
-        last, row_before, row = before, row, [i]
-        for j, y in enumerate(b, 1):
-            least = min(row_before[j] + 1, row[-1] + 1, row_before[j - 1] + (x != y))
-            if i > 1 and j > 1 and x == b[j - 2] and y == a[i - 2]:
-                least = min(least, last[j - 2] + 1)
-            row.append(least)
-        before = row_before
-        if min(row) > most:
-            return None
-    return row[-1] if row[-1] <= most else None
-
-
-def _one_change(word: str) -> set[str]:
-    """The words that are one letter away: one less, one more, another, or two in other order."""
-    letters = {*word, *"abcdefghijklmnopqrstuvwxyz_0123456789"}
-    cuts = [(word[:i], word[i:]) for i in range(len(word) + 1)]
-    less = {a + b[1:] for a, b in cuts if b}
-    swapped = {a + b[1] + b[0] + b[2:] for a, b in cuts if len(b) > 1}
-    other = {a + c + b[1:] for a, b in cuts if b for c in letters}
-    return less | swapped | other | {a + c + b for a, b in cuts for c in letters}
 
 
 _LONGEST_PIECE = 1000  # characters of a text that are looked at to show its beginning

@@ -234,7 +234,8 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
         effects = [
             _effect(question, belief[None], row[None], after, changed) for question in questions
         ]
-        own, other = (Choice(words.actions[a], float(expected[a])) for a in (taken, second))
+        names = words.limited_to.get(who, words.actions)
+        own, other = (Choice(names[a], float(expected[a])) for a in (taken, second))
         found.append(Reason(t, t, who, own, other, tuple(effects)))
     return found
 

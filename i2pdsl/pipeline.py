@@ -305,8 +305,10 @@ class Story(Shown):
         return wishes_of(task, search, script.frames, seed)
 
     def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
-        """Warnings about what viewers are brought to believe by a script of this story."""
-        return doubts(self.typed, script.world, script.frames)
+        """Warnings about what viewers are brought to believe by a script of this story, and about
+        its world where that is too approximate."""
+        trust = () if script.trust is None else script.trust.warnings(self.typed.place(ast.World))
+        return (*doubts(self.typed, script.world, script.frames), *trust)
 
     def __repr__(self) -> str:
         told = self.typed

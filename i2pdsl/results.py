@@ -19,6 +19,7 @@ from i2pdsl.scripts import Script, script_of
 from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
 from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
+from i2pdsl.vouching import vouched
 from i2pdsl.worlds.record import Trajectory
 
 IN_FULL = 3  # lengths of a story of several that are searched as much as a story of one
@@ -82,8 +83,11 @@ def chosen(
         paths = [script.trajectory.states for script in scripts]
         scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
     other = imagined_otherwise(task.story, task.world, task.watch) if choose == "wide" else None
-    members = panel(task.story, task.world, other)
-    told = [script.trajectory for script in scripts], [script.frames for script in scripts]
+    task.watch.add("search", began)
+    closer, scripts, frames = vouched(task.story, task.world, scripts, task.watch)
+    began = time.perf_counter()
+    members = panel(task.story, closer, other)
+    told = [script.trajectory for script in scripts], frames
     judged = list(zip(scripts, judge(task.story, members, *told), strict=True))
     if by_panel:
         best = max(_worth(script) for script in scripts)
@@ -134,8 +138,11 @@ def _place(best: float, script: Script, judgement: Judgement) -> tuple[int, int,
 
 
 def _worth(script: Script) -> float:
-    """The score; minus infinity where it is not a number."""
-    return -np.inf if script.score is None or np.isnan(script.score) else script.score
+    """The score, by plans nearer to exact ones if there are such; minus infinity where it is not a
+    number."""
+    trust = script.trust
+    score = script.score if trust is None or trust.score is None else trust.score
+    return -np.inf if score is None or np.isnan(score) else score
 
 
 def _by_score(script: Script) -> tuple[int, float]:

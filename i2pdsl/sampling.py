@@ -166,7 +166,7 @@ def sample(
     scripts: list[Script] = []
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        path = _rollouts(world, states[some], observers[some], courses[some], luck[some])
+        path = rollouts(world, states[some], observers[some], courses[some], luck[some])
         frames = replay_all(world, path.states, path.actions)
         for i, course in enumerate(courses[some, :, 0]):
             about = _about(story, seed, [words.hypotheses[number] for number in course])
@@ -201,7 +201,7 @@ def _courses(
     return found
 
 
-def _rollouts(
+def rollouts(
     world: World,
     states: np.ndarray,
     observers: np.ndarray,

@@ -22,6 +22,7 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import unmet
 from i2pdsl.objective.subjects import Subject, subjects_of
+from i2pdsl.objective.trust import Trust
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.stored import stored
@@ -55,6 +56,7 @@ class Script(Shown):
         subjects: the beliefs that its story speaks of.
         wishes: what it reaches of each, if somebody looked (search/wishes.py).
         audiences: those of its story, whose observers are those of `world`.
+        trust: what is known of the error of its world, where that is approximate.
     """
 
     record: Record
@@ -70,6 +72,7 @@ class Script(Shown):
     subjects: tuple[Subject, ...] = ()
     wishes: tuple[Wish, ...] = ()
     audiences: tuple[Audience, ...] = (USUAL,)
+    trust: Trust | None = None
 
     @property
     def score(self) -> float | None:

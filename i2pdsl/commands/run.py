@@ -190,6 +190,8 @@ def make(
         click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
     show([requirement.missed() for requirement in found.unmet])
     show([*story.doubts(found.script), *found.script.few_particles])
+    if found.script.trust is not None:
+        click.echo(found.script.trust.in_words(), err=True)
     if wishes:
         click.echo(wishes_in_words(wishes), err=True)
     chosen = (replace(chosen[0], wishes=wishes), *chosen[1:])
@@ -233,6 +235,7 @@ def candidate(script: Script, judgement: Judgement, folder: Path) -> dict[str, A
         "script": str(script.save(folder / "script.json")),
         "panel": {"mean": judgement.mean, "worst": judgement.worst},
         "still": script.still,
+        **({"trust": script.trust.as_json()} if script.trust is not None else {}),
     }
     if script.particles:
         told["particles"] = [asdict(each) for each in script.particles]

@@ -209,7 +209,7 @@ class Frames(Predicates):
         name = self.world.characters[who]
         known = self.world.limited_to.get(name, self.world.actions)
         if self.world.actions[chosen] not in known:
-            message = f"`{name}` does not pull anything"
+            message = f"`{name}` cannot do this: {self.world.actions[chosen]}"
             raise self.fail(
                 "no-action", message, move.action.span, env, f"it can: {', '.join(known)}"
             )

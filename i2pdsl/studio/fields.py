@@ -11,7 +11,7 @@ from i2pdsl.worlds.drawings import builtin_sprites
 
 COLORS = ("color", "floor", "wall", "frame")
 PLACES = ("at", "cell")
-YES = ("may_be_absent", "closed")
+YES = ("may_be_absent", "closed", "diagonals")
 NUMBERS = ("success", "radius", "speed", "mass", "width", "height", "count", "goal")
 
 
@@ -29,12 +29,14 @@ def fields(
         "models": who,
         "pushes": [*named("object"), *who],
         "pulls": [*named("object"), *who],
+        "carries": named("object"),
+        "puts_down": named("object"),
         "drops": named("object"),
         "sprite": list(builtin_sprites()),
         "wall_sprite": list(builtin_sprites()),
         **{key: ["yes", "no"] for key in YES},
     }
-    sets = ("goals", "pushes", "pulls", "drops")
+    sets = ("goals", "pushes", "pulls", "carries", "puts_down", "drops")
 
     def field(key: str) -> dict[str, Any]:
         setting = words.settings.get(key)

@@ -73,6 +73,25 @@ class Prepared:
     finished: bool = True
 
 
+@dataclass(frozen=True)
+class Approximation:
+    """How a world is planned that is not planned exactly.
+
+    Attributes:
+        method: in words.
+        closer: the same world planned by a method nearer to exact planning, if that fits.
+        closer_method: that in words; or why there is none.
+        copy: a small copy of the world as it is planned, and planned exactly, if there is one.
+        told: how small the copy is, in words.
+    """
+
+    method: str
+    closer: Any | None
+    closer_method: str
+    copy: tuple[Any, Any] | None
+    told: str
+
+
 Cell = tuple[int, int]
 Side = tuple[Cell, Cell]
 """Two neighbouring cells, the northern or western one first."""
@@ -94,6 +113,27 @@ class DrawnMap:
     symbols: Mapping[str, str]
     floor: str
     wall: str
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A world that was drawn for another tool.
+
+    Attributes:
+        what: of what tool it is, in words.
+        text: of the world's file.
+        notes: what is otherwise here, a sentence each.
+        who: who acts first.
+        goals: what that may want and can get to, the nearest first.
+        length: frames that a first story may take.
+    """
+
+    what: str
+    text: str
+    notes: tuple[str, ...]
+    who: str
+    goals: tuple[str, ...]
+    length: int
 
 
 class Kind(ABC):
@@ -128,6 +168,17 @@ class Kind(ABC):
         """The text of a file with another map."""
         raise NotImplementedError
 
+    def imported(self, source: Source, file: str, name: str, number: int) -> Imported:
+        """A world of the text of another tool's map, or of one of several in it, from 1.
+
+        Raises StoryError where it is none, or more than can be said here.
+
+        Args:
+            file: what it was read from, to be told.
+            name: what the world shall be called.
+        """
+        raise NotImplementedError
+
     def drawings(self, spec: Any) -> Mapping[str, str]:
         """What is kept of its own sprites (worlds/drawings.py), by their names."""
         return {}
@@ -135,6 +186,10 @@ class Kind(ABC):
     def imagined_otherwise(self, spec: Any) -> Any | None:
         """The same world as viewers may also think that it works, for a wide panel
         (objective/panel.py); None where there is nothing of that kind to doubt."""
+        return None
+
+    def approximation(self, spec: Any) -> Approximation | None:
+        """How it is planned approximately, as the machine allows; None where plans are exact."""
         return None
 
     @abstractmethod

@@ -186,12 +186,15 @@ def test_exactly_these_words_are_offered(place: str) -> None:
     assert words(offered(place)) == set(EXACT[place].split())
 
 
-OF_KITCHEN = "goal move stay end gamma level0 forgetting switching horizon hypotheses"
+OF_KITCHEN = (
+    "goal move stay end gamma level0 forgetting switching horizon method at_once hypotheses"
+)
 IN_WORLDS = {
     "world kitchen(¦": "beta " + OF_KITCHEN,
     "world kitchen(beta = 1, ¦": OF_KITCHEN,
     "world kitchen(beta = ¦": "2",
     "world kitchen(hypotheses = ¦": "merged literal",
+    "world kitchen(method = ¦": "auto exact additive",
     "world hill(evidence = ¦": "motion mass",
     "world hill(weight = ¦": "0.1",
     "world hill(will = ¦": "eager lazy",

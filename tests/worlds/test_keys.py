@@ -87,6 +87,39 @@ def test_all_moves_are_those_of_the_rules() -> None:
             assert after == moved(spec, state, name, action), (state, name, action)
 
 
+def test_each_of_several_keys_opens() -> None:
+    text = TEXT.replace("G#.", "G#h").replace("carries = key", "carries = {key, hook}")
+    text = text.replace("opened_by = key", "opened_by = {key, hook}")
+    spec = spec_of(text + "object hook\n    symbol = h\n")
+    dynamics = build_dynamics(spec)
+    states = [state_as_json(spec, dynamics, s) for s in range(dynamics.state_count)]
+    opened = 0
+    for number, state in enumerate(states):
+        if state["bob"] == [1, 1] and state["door"] == [2, 1] and state["ann"] != [2, 1]:
+            after = states[dynamics.successor[1][ACTIONS.index("east"), number]]
+            able = "bob" in (state["key"], state["hook"])
+            assert after["door"] == (None if able else [2, 1])
+            opened += able
+    assert opened
+
+
+def test_states_are_found_without_a_table_of_all_arrangements(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the things that are alike in any order."""
+    text = TEXT.replace("    pushes = ann", "    pushes = {ann, box}")
+    spec = spec_of(text + "object box\n    count = 2\n")
+    listed = build_dynamics(spec)
+    assert len(listed.lookup) == spec.arrangement_count
+    monkeypatch.setattr("i2pdsl.worlds.grid.spec.GridSpec.is_sparse", True)
+    sparse = build_dynamics.__wrapped__(spec)
+    assert len(sparse.lookup) == 0
+    for one, other in zip(listed.successor, sparse.successor, strict=True):
+        assert (one == other).all()
+    codes = np.arange(spec.arrangement_count)
+    assert (sparse.find(codes) == listed.lookup).all()
+
+
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("keys")

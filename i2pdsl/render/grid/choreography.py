@@ -17,12 +17,22 @@ Python renderers (`scene`, `film`) and by the HTML page, so their interpolation 
 """
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import pi, sin
+from math import atan2, pi, sin
 from typing import Any, NamedTuple
 
-from i2pdsl.render.grid.stage import DIRECTIONS, LOOKS, Beat, Cell, Stage, break_down, on_map
+from i2pdsl.render.grid.stage import (
+    DIRECTIONS,
+    LOOKS,
+    STEPS,
+    Beat,
+    Cell,
+    Stage,
+    break_down,
+    held_in,
+    on_map,
+)
 
 # Every pose that a track can hold; a sprite shows its idle face for those it does not know.
 FACES = ("idle", "surprised", "sad", "happy")
@@ -204,8 +214,15 @@ BUMP = [
     Cue(0.62, 0.0, 0.06, pose="bump"),
     Cue(0.80),
 ]
+PUT = [  # leans to where it goes, and back
+    Cue(0.05),
+    Cue(0.30, 0.14, lean=0.030, pose="push"),
+    Cue(0.62, 0.14, lean=0.030, pose="push"),
+    Cue(0.90),
+]
 STAY = [Cue(0.25), Cue(0.52, squash=-0.035), Cue(0.80)]
-SHEETS = {"step": STEP, "push": PUSH, "pull": PULL, "fail": FAIL, "bump": BUMP, "stay": STAY}
+SHEETS = {"step": STEP, "push": PUSH, "pull": PULL, "put": PUT}
+SHEETS |= {"fail": FAIL, "bump": BUMP, "stay": STAY}
 
 
 def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
@@ -226,6 +243,11 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
                     marks.append(_exclaim(beat, tracks[actor.name][-1]))
         elif beat.verb == "vanish":
             tracks[beat.actor] += _vanish(beat)
+        elif beat.verb == "laid":
+            assert beat.target is not None
+            tracks[beat.actor].append(Key(_let_go(beat, LAID), *beat.target))
+        elif beat.verb == "handed":
+            pass  # it is in one hand, and then in the other
         else:
             shown = _play(SHEETS[beat.verb], beat, beat.origin, beat.target)
             tracks[beat.actor] += _looking(shown, _intent(stage, beats, number, tracks))
@@ -238,15 +260,16 @@ def choreograph(stage: Stage, script: Mapping[str, Any]) -> Film:
                 tracks[shove.name] += _play(sheet, beat, shove.origin, shove.target)
             marks += _effects(beat)
     duration = float(len(script["frames"]))
-    for beat in beats:
-        if beat.taken:
-            tracks[beat.actor] += _carried(beat, tracks[beat.by], duration)
+    for thing, holder, begin, end in _holdings(script, beats, duration):
+        tracks[thing] += _carried(tracks[holder], begin, end)
+        tracks[thing].sort(key=lambda key: key.time)
     return Film(tracks, tuple(marks), tuple(beats), duration)
 
 
 def _entrance(name: str, script: Mapping[str, Any], beats: Sequence[Beat]) -> Key:
     """The first key: where it stands, or unseen where it will fall."""
-    at = on_map(script["start"], name)
+    start = script["start"]
+    at = on_map(start, held_in(start).get(name, name))  # what is carried appears with its holder
     if at is not None:
         return Key(0, at[0], at[1])
     falls = [beat.target for beat in beats if beat.actor == name and beat.target is not None]
@@ -258,15 +281,16 @@ _BACK = {"north": "south", "south": "north", "east": "west", "west": "east"}
 
 
 def facing(beat: Beat) -> str:
-    """Where one turns its face: forward, or to what it pulls."""
-    return _BACK[beat.direction] if beat.verb == "pull" else beat.direction
+    """Where one turns its face: forward (aslant, to the side), or to what it pulls."""
+    way = beat.direction.rpartition("_")[2]
+    return _BACK[way] if beat.verb == "pull" else way
 
 
 def _play(sheet: Sequence[Cue], beat: Beat, origin: Cell | None, target: Cell | None) -> Track:
     """A dope sheet set to a beat: cues become keys."""
     assert origin is not None
     assert target is not None
-    dx, dy = DIRECTIONS.get(beat.direction, (0, 0))
+    dx, dy = STEPS.get(beat.direction, (0, 0))
     # How much of the plain one-cell move the script really made: 1, or 0 in place.
     gone = (target[0] - origin[0], target[1] - origin[1])
     slip = (gone[0] - dx, gone[1] - dy) if target != origin else (0, 0)
@@ -307,17 +331,17 @@ def _intent(stage: Stage, beats: Sequence[Beat], number: int, tracks: Mapping[st
         others = (tracks[a.name][-1] for a in stage.characters if a.name != beat.actor)
         seen = [(key.x, key.y) for key in others if key.opacity > 0]
         return _toward(beat.origin, seen[0]) if seen else ""
-    if beat.verb in ("push", "pull"):
+    if beat.verb in ("push", "pull", "put"):
         return facing(beat)
     goal = beat.origin
     ways: list[Cell] = []
     for later in [b for b in beats[number:] if b.actor == beat.actor][:AHEAD]:
-        back = DIRECTIONS.get(later.direction, (0, 0))
+        back = STEPS.get(later.direction, (0, 0))
         turns = (-back[0], -back[1]) in ways
         if later.verb not in ("step", "push", "pull") or later.target is None or turns:
             break
         goal, ways = later.target, [*ways, back]
-    return _toward(beat.origin, goal) or beat.direction
+    return _toward(beat.origin, goal) or facing(beat)
 
 
 def _toward(here: tuple[float, float], there: tuple[float, float]) -> str:
@@ -375,21 +399,41 @@ def _fall(beat: Beat) -> Track:
 
 
 HELD = 0.55  # how large a thing is drawn that somebody carries
+LET_GO, LAID = 0.36, 0.60  # of a turn: when a hand lets go, and when what it had is there
 
 
 def _vanish(beat: Beat) -> Track:
     assert beat.origin is not None
     t, (x, y), lasting = beat.start, beat.origin, beat.end - beat.start
-    if beat.taken:
+    if beat.holder:
         return [Key(t, x, y)]
     small = Key(t + 0.6 * lasting, x, y, scale_x=0.5, scale_y=0.5, opacity=0.0)
     return [Key(t + 0.2 * lasting, x, y), small]
 
 
-def _carried(beat: Beat, holder: Track, duration: float) -> Track:
-    """A thing in the hand of who took it, to the end."""
-    begin = beat.end
-    keys = [sample(holder, begin), *(key for key in holder if begin < key.time <= duration)]
+def _let_go(beat: Beat, share: float) -> float:
+    return beat.start + share * (beat.end - beat.start)
+
+
+def _holdings(
+    script: Mapping[str, Any], beats: Sequence[Beat], duration: float
+) -> Iterator[tuple[str, str, float, float]]:
+    """What is carried by whom, from when to when."""
+    begun = {thing: (holder, 0.0) for thing, holder in held_in(script["start"]).items()}
+    for beat in beats:
+        if beat.verb in ("laid", "handed") and beat.actor in begun:
+            yield beat.actor, *begun.pop(beat.actor), _let_go(beat, LET_GO)
+        if beat.holder:
+            since = _let_go(beat, LAID) if beat.verb == "handed" else beat.end
+            begun[beat.actor] = beat.holder, since
+    for thing, (holder, since) in begun.items():
+        yield thing, holder, since, duration
+
+
+def _carried(holder: Track, begin: float, end: float) -> Track:
+    """A thing in the hand of who has it."""
+    keys = [sample(holder, begin), *(key for key in holder if begin < key.time < end)]
+    keys.append(sample(holder, end))
     return [
         Key(k.time, k.x + 0.3, k.y + 0.04, 0, HELD, HELD, lift=k.lift, ease=k.ease) for k in keys
     ]
@@ -447,8 +491,8 @@ def _effects(beat: Beat) -> list[Mark]:
     """The marks that tell pushes, failures and bumps apart at a glance."""
     if beat.origin is None or not beat.direction:
         return []
-    (x, y), (dx, dy) = beat.origin, DIRECTIONS[beat.direction]
-    angle = {"east": 0.0, "south": 0.25, "west": 0.5, "north": 0.75}[beat.direction]
+    (x, y), (dx, dy) = beat.origin, STEPS[beat.direction]
+    angle = atan2(dy, dx) / (2 * pi) % 1
 
     def times(*us: float) -> list[float]:
         return [beat.start + u * (beat.end - beat.start) for u in us]

@@ -17,7 +17,7 @@ from i2pdsl.render.grid.scene import (
     stage_symbols,
 )
 from i2pdsl.render.grid.sprites import actor_tint
-from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Beat, Cell, Stage
+from i2pdsl.render.grid.stage import STEPS, Actor, Beat, Cell, Stage
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of
@@ -233,10 +233,11 @@ def _mood(name: str, beats: Sequence[Beat], t: int) -> str:
         if beat.frame != t:
             continue
         if beat.actor == name:
-            verbs = {"step": "walk", "push": "push", "pull": "push", "bump": "bump"}
+            verbs = {"step": "walk", "bump": "bump"}
+            verbs |= dict.fromkeys(("push", "pull", "put"), "push")
             mood = "sad" if beat.verb == "fail" else mood
             mood = f"{verbs[beat.verb]}-{facing(beat)}" if beat.verb in verbs else mood
-        elif beat.verb in ("fall", "vanish") or any(s.name == name for s in beat.pushed):
+        elif beat.verb in ("fall", "vanish", "handed") or any(s.name == name for s in beat.pushed):
             mood = "surprised"
     return mood
 
@@ -245,7 +246,7 @@ def _sign(beat: Beat, cell: float) -> str:
     """A mark beside who failed, bumped or fell in the panel's own frame."""
     if beat.target is None:
         return ""
-    (x, y), (dx, dy) = beat.target, DIRECTIONS.get(beat.direction, (0, 0))
+    (x, y), (dx, dy) = beat.target, STEPS.get(beat.direction, (0, 0))
     match beat.verb:
         case "fail":
             puff = Key(0, x + 0.60 * dx, y + 0.18 + 0.62 * dy, scale_x=0.42, scale_y=0.42)

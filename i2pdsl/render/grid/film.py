@@ -36,7 +36,7 @@ USUAL = {".mp4": (24, 800), ".webm": (24, 800), ".gif": (25, 640)}
 SECONDS, LONGEST = 0.9, 180.0  # of a turn; of a film, whose turns are shorter where it has many
 # How long a turn lasts in which this is the most that happens, in usual turns.
 WEIGHTS = {"stay": 0.4, "step": 1.0, "bump": 1.05, "fail": 1.15, "vanish": 1.2, "push": 1.35,
-           "pull": 1.35, "fall": 1.5}  # fmt: skip
+           "pull": 1.35, "put": 1.2, "laid": 1.2, "handed": 1.2, "fall": 1.5}  # fmt: skip
 REST = 0.8  # of a usual turn: how long a twist is looked at
 
 

@@ -23,7 +23,7 @@ from i2pdsl.render.grid.scene import (
     view_box,
 )
 from i2pdsl.render.grid.sprites import symbol_id
-from i2pdsl.render.grid.stage import Stage, describe
+from i2pdsl.render.grid.stage import TURNING, Stage, describe
 from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.render.reasons import Account
@@ -121,7 +121,7 @@ def somewhere(place: Sequence[int] | str | None) -> str:
 
 
 def _events(film: Film) -> tuple[Mark, ...]:
-    unusual = (beat for beat in film.beats if beat.verb in ("fall", "vanish"))
+    unusual = (beat for beat in film.beats if beat.verb in TURNING)
     return tuple(Mark(beat.frame, describe(beat)) for beat in unusual)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from i2pdsl.render.beliefs import Beliefs
 from i2pdsl.render.files import KEY_FRAMES, PictureFiles, Sprites, printable
 from i2pdsl.render.focus import Focus, focus_of, led, whose
-from i2pdsl.render.grid.stage import Actor, Beat, Stage, Tile, describe, followed, on_map
+from i2pdsl.render.grid.stage import TURNING, Actor, Beat, Stage, Tile, describe, followed, on_map
 from i2pdsl.render.key_frames import EDGE, PLACE, TURN, key_frames, minds
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.scripts import Script
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # For characters that the palette does not name; dashes and labels tell them apart too.
 _CAST_COLORS = ("#d98b4a", "#7fae6b", "#b48ad1", "#d9718e", "#c9b04f", "#5fb3b0")
 
-TELLING = ("push", "pull", "fall", "vanish")  # what captions tell
+TELLING = ("push", "pull", *TURNING)  # what captions tell
 GLIMPSES = {
     "push": 0.15,
     "pull": 0.15,
@@ -157,7 +157,7 @@ class GridPictures(PictureFiles):
         for beat in self.film.beats:
             t, before = beat.frame, last.get(beat.actor)
             last[beat.actor] = beat
-            if beat.verb in ("fall", "vanish"):
+            if beat.verb in TURNING:
                 moments[t] = EDGE
             elif not met and any(shove.name in names for shove in beat.pushed):
                 met = True

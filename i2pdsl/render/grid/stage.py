@@ -15,7 +15,11 @@ LOOKS: dict[str, Cell] = DIRECTIONS | {  # where eyes go, too
     "northeast": (1, -1), "northwest": (-1, -1), "southeast": (1, 1), "southwest": (-1, 1),
 }  # fmt: skip
 
-WALL, PULL = "#", "pull_"
+STEPS: dict[str, Cell] = DIRECTIONS | {  # where one goes
+    "north_east": (1, -1), "north_west": (-1, -1), "south_east": (1, 1), "south_west": (-1, 1),
+}  # fmt: skip
+TURNING = ("fall", "vanish", "laid", "handed")  # verbs of what is always told
+WALL, PULL, PUT = "#", "pull_", "put_"
 
 
 @dataclass(frozen=True)
@@ -113,9 +117,10 @@ class Shove(NamedTuple):
 class Beat:
     """One thing that happens in a frame (1..T), from `start` to `end` in turns.
 
-    `verb`: 'step', 'push', 'pull', 'fail' (chance was against it), 'bump' (something was in the
-    way), 'stay', 'fall' (an event), 'vanish'. `origin` is None for what was absent before. `by` is
-    who made it vanish, and `taken` whether that one carries it since.
+    `verb`: 'step', 'push', 'pull', 'put' (something down, or into another's hand), 'fail' (chance
+    was against it), 'bump' (something was in the way), 'stay', 'fall' (an event), 'vanish', and of
+    what somebody put: 'laid' (onto a cell), 'handed'. `origin` is None for what was absent or
+    carried before. `by` is who did it, and `holder` who carries it since.
     """
 
     frame: int
@@ -128,7 +133,7 @@ class Beat:
     target: Cell | None
     pushed: tuple[Shove, ...] = ()
     by: str = ""
-    taken: bool = False
+    holder: str = ""
 
 
 def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
@@ -141,14 +146,14 @@ def break_down(stage: Stage, script: Mapping[str, Any]) -> list[Beat]:
     """
     beats: list[Beat] = []
     script = followed(stage, script)
-    here = _cells(script["start"])
+    here, state = _cells(script["start"]), script["start"]
     for t, frame in enumerate(script["frames"], start=1):
         there = _cells(frame["state"])
         if frame.get("event"):
             beats += _event_beats(t, here, there)
         else:
-            beats += _turn_beats(stage, t, here, there, frame)
-        here = there
+            beats += _turn_beats(stage, t, here, there, frame, held_in(state))
+        here, state = there, frame["state"]
     return beats
 
 
@@ -189,6 +194,11 @@ def on_map(state: Mapping[str, Any], name: str) -> Cell | None:
     return None if at is None or isinstance(at, str) else (int(at[0]), int(at[1]))
 
 
+def held_in(state: Mapping[str, Any]) -> dict[str, str]:
+    """What is carried in a state of a script file, and by whom."""
+    return {name: place for name, place in state.items() if isinstance(place, str)}
+
+
 def _event_beats(
     t: int, here: Mapping[str, Cell | None], there: Mapping[str, Cell | None]
 ) -> Iterable[Beat]:
@@ -204,12 +214,13 @@ def _turn_beats(
     here: Mapping[str, Cell | None],
     there: Mapping[str, Cell | None],
     frame: Mapping[str, Any],
+    held: Mapping[str, str],
 ) -> list[Beat]:
     acting = [a.name for a in stage.characters if frame.get(a.name) and here.get(a.name)]
     # Of two who act together, the first may have waited for the other to make way.
     for order in (acting, acting[::-1]) if stage.together else (acting,):
         now = dict(here)
-        beats = _acts(stage, t, now, order, frame)
+        beats = _acts(stage, t, now, order, frame, held)
         if all(now.get(name) == cell for name, cell in there.items()):
             break
     for name, cell in there.items():
@@ -229,6 +240,7 @@ def _acts(
     now: dict[str, Cell | None],
     acting: Sequence[str],
     frame: Mapping[str, Any],
+    held: Mapping[str, str],
 ) -> list[Beat]:
     """The beats of a turn in which some act in this order; moves `now` as they move."""
     beats: list[Beat] = []
@@ -239,7 +251,12 @@ def _acts(
         origin = now[name]
         assert origin is not None  # `acting` holds only those who are present
         is_pull, action = action.startswith(PULL), action.removeprefix(PULL)
-        if action not in DIRECTIONS:
+        if action.startswith(PUT):
+            way = action.removeprefix(PUT)
+            put = _put(t, (start, end), name, frame["state"], held, _beyond(origin, way), now)
+            verb = "put" if put else "stay"
+            beats += [Beat(t, start, end, name, verb, way if put else "", origin, origin), *put]
+        elif action not in STEPS:
             beats.append(Beat(t, start, end, name, "stay", "", origin, origin))
         elif not moved:
             target = _beyond(origin, action)
@@ -250,9 +267,10 @@ def _acts(
             target = _beyond(origin, action)
             gone = [thing for thing, cell in now.items() if cell == target and thing in leaving]
             for thing in gone:
-                taken = isinstance(frame["state"][thing], str)
+                place = frame["state"][thing]
+                holder = name if isinstance(place, str) else ""
                 beats.append(
-                    Beat(t, start, end, thing, "vanish", "", target, None, (), name, taken)
+                    Beat(t, start, end, thing, "vanish", "", target, None, (), name, holder)
                 )
                 now[thing] = None
             pushed = _push(now, target, action, name)
@@ -266,6 +284,26 @@ def _acts(
         begin, done = _slot(t, 0, 1)
         beats = [replace(beat, start=begin, end=done) for beat in beats]
     return beats
+
+
+def _put(
+    t: int,
+    slot: tuple[float, float],
+    who: str,
+    after: Mapping[str, Any],
+    held: Mapping[str, str],
+    target: Cell,
+    now: dict[str, Cell | None],
+) -> list[Beat]:
+    """What becomes of what somebody had and puts down, or hands over; moves `now`."""
+    for thing in (thing for thing, holder in held.items() if holder == who):
+        place, given = on_map(after, thing), after[thing]
+        if place == target:
+            now[thing] = target
+            return [Beat(t, *slot, thing, "laid", "", None, target, (), who)]
+        if isinstance(given, str) and given != who:
+            return [Beat(t, *slot, thing, "handed", "", None, None, (), who, given)]
+    return []
 
 
 def _reconcile(beats: list[Beat], name: str, before: Cell, cell: Cell) -> None:
@@ -283,7 +321,7 @@ def _reconcile(beats: list[Beat], name: str, before: Cell, cell: Cell) -> None:
 
 
 def _beyond(cell: Cell, direction: str) -> Cell:
-    dx, dy = DIRECTIONS[direction]
+    dx, dy = STEPS[direction]
     return cell[0] + dx, cell[1] + dy
 
 
@@ -333,15 +371,21 @@ def describe(beat: Beat) -> str:
             pulled = " and ".join(shove.name for shove in beat.pushed)
             return f"{beat.actor} pulls {pulled} {beat.direction}"
         case "step":
-            return f"{beat.actor} goes {beat.direction}".rstrip()
+            return f"{beat.actor} goes {beat.direction.replace('_', ' ')}".rstrip()
         case "fail":
-            return f"{beat.actor} tries {beat.direction} and fails"
+            return f"{beat.actor} tries {beat.direction.replace('_', ' ')} and fails"
         case "bump":
-            return f"{beat.actor} bumps {beat.direction}"
+            return f"{beat.actor} bumps {beat.direction.replace('_', ' ')}"
         case "fall":
             return f"{beat.actor} falls from the sky"
         case "vanish" if beat.by:
-            return f"{beat.by} {'takes' if beat.taken else 'opens'} {beat.actor}"
+            return f"{beat.by} {'takes' if beat.holder else 'opens'} {beat.actor}"
+        case "laid":
+            return f"{beat.by} puts {beat.actor} down"
+        case "handed":
+            return f"{beat.by} hands {beat.actor} to {beat.holder}"
+        case "put":
+            return f"{beat.actor} puts something down"
         case "vanish":
             return f"{beat.actor} is gone"
         case _:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +45,8 @@ class Tables(NamedTuple):
             the values whenever it is asked for.
         swarms: the particles of each observer (None of who holds all hypotheses); empty where
             nobody holds particles.
+        terms: for each character, of what its values are the sum, where they are additive: then
+            `continuation` holds [R, P], the values of all sub-worlds one below the other.
     """
 
     cells: Array
@@ -68,6 +71,21 @@ class Tables(NamedTuple):
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
     swarms: tuple[SwarmTables | None, ...] = ()
+    terms: tuple[Terms, ...] | None = None
+
+
+class Terms(NamedTuple):
+    """A value as a sum over K sub-worlds (additive.py).
+
+    Attributes:
+        rows [E, M, K]: what a cell of each entity adds to the number of the row of each term.
+        first [K]: the first row of each term's sub-world.
+        sign [K]: how often it counts.
+    """
+
+    rows: Array
+    first: Array
+    sign: Array
 
 
 class Against(NamedTuple):
@@ -95,6 +113,22 @@ def arrangement(tables: Tables, state: Array) -> Array:
     return state if tables.layer is None else state % tables.layer
 
 
+def state_count(tables: Tables) -> int:
+    """How many states there are; with a horizon, in all frames."""
+    return len(tables.cells if tables.terms is not None else tables.continuation[0])
+
+
+def continued(tables: Tables, who: int, state: Array) -> Array:
+    """W(s) of every planning problem: [..., P]."""
+    table = tables.continuation[who]
+    if tables.terms is None:
+        return table[state]
+    rows, first, sign = tables.terms[who]
+    cells = tables.cells[state]
+    row = first + sum(part[cells[..., entity]] for entity, part in enumerate(rows))
+    return (table[row] * sign[:, None]).sum(-2)
+
+
 def padded(tables: Tables) -> Tables:
     """The tables with states and cells up to sizes that worlds share, so that they share programs.
 
@@ -111,6 +145,8 @@ def padded(tables: Tables) -> Tables:
         continuation=tuple(
             along(0, padded_size(len(table), 8192))(table) for table in tables.continuation
         ),
+        terms=tables.terms
+        and tuple(t._replace(rows=along(1, cells)(t.rows)) for t in tables.terms),
         goals=tuple(map(along(1, cells), tables.goals)),
     )
 
@@ -132,20 +168,24 @@ class Moves:
     slots: int
     entities: int
     events: tuple[int, ...]  # the entity that each event drops
-    actions: tuple[int, ...]  # how many each character has
+    actions: tuple[tuple[str, ...], ...]  # of each character
     alike: tuple[tuple[int, ...], ...] = ()  # entities that are not told apart
     frames: int = 1  # F
     together: bool = False
 
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        succeed = tuple((a, True) for a in range(self.actions[who]))
-        fail = tuple((a, False) for a in range(self.actions[who]) if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
+    @cached_property
+    def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
+        """(action, success) for each outcome of each character; staying cannot fail."""
+        found = []
+        for actions, is_weak in zip(self.actions, self.weak, strict=True):
+            succeed = tuple((a, True) for a in range(len(actions)))
+            fail = tuple((a, False) for a, _ in succeed if a != STAY)
+            found.append(succeed + fail if is_weak else succeed)
+        return tuple(found)
 
-    @property
+    @cached_property
     def counts(self) -> tuple[int, ...]:
-        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
+        return tuple(map(len, self.outcomes))
 
     @property
     def turn_count(self) -> int:

@@ -22,6 +22,8 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "pushes": list(c.pushes),
                 **({"pulls": list(c.pulls)} if c.pulls else {}),
                 **({"carries": list(c.carries)} if c.carries else {}),
+                **({"puts_down": list(c.puts_down)} if c.puts_down else {}),
+                **({"diagonals": True} if c.diagonals else {}),
                 "toward": _one([name for name, _ in c.attitudes]),
                 "models": _one(c.models),
                 **({"misreads": list(c.misreads)} if c.misreads else {}),
@@ -31,7 +33,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
         "objects": [
             {"name": t.name, "may_be_absent": t.may_be_absent}
             | ({"count": t.count} if t.count > 1 else {})
-            | ({"opened_by": t.opened_by} if t.opened_by else {})
+            | ({"opened_by": list(t.opened_by)} if t.opened_by else {})
             for t in spec.things
         ],
         **({"order": "together"} if spec.together else {}),
@@ -68,10 +70,12 @@ def in_words(spec: GridSpec) -> list[str]:
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
         pushes += f"; pulls {', '.join(c.pulls)}" if c.pulls else ""
         pushes += f"; carries {', '.join(c.carries)}" if c.carries else ""
+        pushes += f"; puts down {', '.join(c.puts_down)}" if c.puts_down else ""
+        pushes += "; moves aslant" if c.diagonals else ""
         lines.append(f"character {c.name}: {strength}{pushes}")
     for t in spec.things:
         told = f": {t.count} that are alike" if t.count > 1 else ""
-        told = f": opened by {t.opened_by}" if t.opened_by else told
+        told = f": opened by {' or '.join(t.opened_by)}" if t.opened_by else told
         lines.append(f"object {t.name}{': may be absent' if t.may_be_absent else told}")
     if spec.together:
         lines.append("both act at the same time")

@@ -8,14 +8,23 @@ the order of their cells: whichever arrangement of them an action leads to, it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, ALL_OFFSETS, STAY, GridSpec
+from i2pdsl.worlds.grid.spec import (
+    ACTIONS,
+    DIAGONALS,
+    OFFSET_OF,
+    OFFSETS,
+    PULLS,
+    PUTS,
+    GridSpec,
+)
 
 Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
@@ -28,8 +37,11 @@ class Dynamics:
     Attributes:
         cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
         lookup: int32 [M]*E flattened, M = N + 1 or, where something is carried, N + 1 + C, the
-            state of an arrangement, -1 where it is invalid.
+            state of an arrangement, -1 where it is invalid; empty where that would be long
+            (spec.py:is_sparse).
         strides: int [E], so that lookup[(cells * strides).sum()] is the state.
+        known: int64 [K], where `lookup` is empty: the numbers that it would have, sorted.
+        states: int32 [K], their states.
         successor: for each character int32 [A, S], the state after its action if it succeeds; the
             state itself where it is blocked or stays.
         coordinates: int [N, 2], (column, row) of each cell.
@@ -40,6 +52,16 @@ class Dynamics:
     strides: np.ndarray
     successor: tuple[np.ndarray, ...]
     coordinates: np.ndarray
+    known: np.ndarray
+    states: np.ndarray
+
+    def find(self, codes: np.ndarray) -> np.ndarray:
+        """The states of arrangements, (cells * strides).sum(); -1 where one is invalid."""
+        if len(self.lookup):
+            found: np.ndarray = self.lookup[codes]
+            return found
+        place = np.minimum(np.searchsorted(self.known, codes), len(self.known) - 1)
+        return np.where(self.known[place] == codes, self.states[place], -1)
 
     def cells_of(self, state: Array) -> np.ndarray:
         """The cells [..., E] in some states, whatever their frames."""
@@ -64,19 +86,26 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
     strides = spec.place_count ** np.arange(entities - 1, -1, -1, dtype=np.int64)
     neighbour = _neighbours(spec, count)
     cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
-    lookup = np.full(spec.place_count**entities, -1, dtype=np.int32)
-    for order in _orders(spec):
-        codes = cells[:, order].astype(np.int64) @ strides
-        lookup[codes] = np.arange(len(cells), dtype=np.int32)
     states = np.arange(len(cells), dtype=np.int32)
+    orders = [cells[:, order].astype(np.int64) @ strides for order in _orders(spec)]
+    lookup = np.full(0 if spec.is_sparse else spec.arrangement_count, -1, dtype=np.int32)
+    known, numbers = np.zeros(0, dtype=np.int64), states[:0]
+    if spec.is_sparse:
+        every = np.concatenate(orders)
+        sorted_ = np.argsort(every)
+        known, numbers = every[sorted_], np.tile(states, len(orders))[sorted_]
+    else:
+        for codes in orders:
+            lookup[codes] = states
+    plain = Dynamics(cells, lookup, strides, (), coordinates, known, numbers)
     successor = tuple(
         # From the last frame of a limited world nothing leads on.
-        np.where((after := lookup[codes]) >= 0, after, states)
+        np.where((after := plain.find(codes)) >= 0, after, states)
         for codes in (
             _successors(spec, who, cells, neighbour, strides) for who in range(len(spec.characters))
         )
     )
-    return Dynamics(cells, lookup, strides, successor, coordinates)
+    return replace(plain, successor=successor)
 
 
 def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
@@ -110,24 +139,38 @@ def _orders(spec: GridSpec) -> list[list[int]]:
     return found
 
 
-def _neighbours(spec: GridSpec, count: int) -> np.ndarray:
-    """The neighbouring cell in each direction, -1 where there is a wall or that is not the way:
-    int [N + 1, 9]."""
+Neighbours = Mapping[str, np.ndarray]
+"""Of each action the cell [N + 1] to which it leads from each, -1 where there is a wall or that is
+not the way; the last is that of no cell."""
+
+
+def _neighbours(spec: GridSpec, count: int) -> Neighbours:
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     walls = set(spec.walls)
     ways = {cell: tile.one_way for tile in spec.tiles if tile.one_way for cell in tile.cells}
-    table = np.full((count + 1, len(ALL_ACTIONS)), -1, dtype=np.int64)
-    for here, cell in number.items():
-        for action, (dx, dy) in enumerate(ALL_OFFSETS):
+    plain = {}
+    for action, (dx, dy) in zip(ACTIONS, OFFSETS, strict=True):
+        table = np.full(count + 1, -1, dtype=np.int64)
+        for here, cell in number.items():
             there = here[0] + dx, here[1] + dy
-            way = ACTIONS[action if action <= STAY else action - STAY - 1]
-            wrong = action != STAY and any(way not in ways.get(c, ACTIONS) for c in (here, there))
-            if (here, there) not in walls and (there, here) not in walls and not wrong:
-                table[cell, action] = number.get(there, -1)
-    return table
+            wrong = any(action not in ways.get(c, ACTIONS) for c in (here, there))
+            is_open = (here, there) not in walls and (there, here) not in walls
+            if there == here or (is_open and not wrong):
+                table[cell] = number.get(there, -1)
+        plain[action] = table
+    found = {
+        action: plain[ACTIONS[OFFSETS.index(way)]]
+        for action, way in OFFSET_OF.items()
+        if way in OFFSETS
+    }
+    for action in DIAGONALS:
+        one, other = (plain[way] for way in action.split("_"))
+        # Aslant only where both ways around the corner are open; -1 reads the last, which is -1.
+        found[action] = np.where(other[one] == one[other], other[one], -1)
+    return found
 
 
-def _in_reach(spec: GridSpec, neighbour: np.ndarray, strides: np.ndarray) -> np.ndarray:
+def _in_reach(spec: GridSpec, neighbour: Neighbours, strides: np.ndarray) -> np.ndarray:
     """The cells [S, E] of all arrangements that a limited world can come to in time, in the middle
     of a frame too, sorted."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
@@ -168,7 +211,7 @@ def _successors(
     spec: GridSpec,
     who: int,
     cells: np.ndarray,
-    neighbour: np.ndarray,
+    neighbour: Neighbours,
     strides: np.ndarray,
 ) -> np.ndarray:
     """What each action of one character leads to, if it succeeds: numbers of arrangements,
@@ -182,25 +225,29 @@ def _successors(
     absent = len(spec.free_cells)
     mine = spec.numbers_of(character.carries)
     locks = {
-        spec.entities.index(thing.name): spec.entities.index(thing.opened_by)
+        spec.entities.index(thing.name): [spec.entities.index(key) for key in thing.opened_by]
         for thing in spec.things
         if thing.opened_by
     }
-    for action in range(len(character.actions)):
-        target = neighbour[own, action]
-        beyond = neighbour[target, action]  # -1 reads the last row, which is all -1
+    for row, action in enumerate(character.actions):
+        target = neighbour[action][own]
+        if action in PUTS:
+            result[row] = base + _put(spec, who, cells, target, strides)
+            continue
+        beyond = neighbour[action][target]  # -1 reads the last row, which is -1
         possible = target >= 0
         index = base + (target - own) * strides[who]
         for other in others:
             met = (cells[:, other] == target) & (target >= 0)
-            if action < STAY and (other in mine or other in locks):
+            if action not in PULLS and action != "stay" and (other in mine or other in locks):
                 # It is taken, or a door that opens to who has its key.
-                able = True if other in mine else cells[:, locks[other]] == absent + 1 + who
+                keys = locks.get(other, [])
+                able = other in mine or (cells[:, keys] == absent + 1 + who).any(1)
                 goes = absent + 1 + who if other in mine else absent
                 possible &= ~met | able
                 index += np.where(met & able, (goes - target) * strides[other], 0)
                 continue
-            if other not in pushed or action > STAY:
+            if other not in pushed or action not in ACTIONS:
                 possible &= ~met
                 continue
             free = beyond >= 0
@@ -209,21 +256,41 @@ def _successors(
                     free &= cells[:, third] != beyond
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
-        if action > STAY:  # it goes one cell, and what stands behind it comes to where it was
-            behind = _behind(neighbour, action)[own]
+        if action in PULLS:  # it goes one cell, and what stands behind it comes to where it was
+            behind = _behind(neighbour[action])[own]
             held = np.zeros(len(cells), dtype=bool)
             for other in pulled:
                 follows = (cells[:, other] == behind) & (behind >= 0)
                 held |= follows
                 index += np.where(follows, (own - behind) * strides[other], 0)
             possible &= held
-        result[action] = np.where(possible, index, base)
+        result[row] = np.where(possible, index, base)
     return result
 
 
-def _behind(neighbour: np.ndarray, action: int) -> np.ndarray:
+def _put(
+    spec: GridSpec, who: int, cells: np.ndarray, target: np.ndarray, strides: np.ndarray
+) -> np.ndarray:
+    """What the numbers of arrangements change by as a character puts down, on the target, the
+    first of the things that it has and that can go there; or hands it to who stands there and
+    carries such."""
+    absent = len(spec.free_cells)
+    change, done = np.zeros(len(cells), dtype=np.int64), target < 0
+    taken = (cells == target[:, None]).any(1)
+    for thing in spec.characters[who].puts_down:
+        number = spec.entities.index(thing)
+        goes = np.where(taken, -1, target)
+        for other in spec.holders(thing):
+            goes = np.where(cells[:, other] == target, absent + 1 + other, goes)
+        able = ~done & (cells[:, number] == absent + 1 + who) & (goes >= 0)
+        change += np.where(able, (goes - cells[:, number]) * strides[number], 0)
+        done |= able
+    return change
+
+
+def _behind(neighbour: np.ndarray) -> np.ndarray:
     """The cell [N + 1] from which an action leads to each, -1 where there is none."""
     found = np.full(len(neighbour), -1)
-    cells = np.flatnonzero(neighbour[:, action] >= 0)
-    found[neighbour[cells, action]] = cells
+    cells = np.flatnonzero(neighbour >= 0)
+    found[neighbour[cells]] = cells
     return found

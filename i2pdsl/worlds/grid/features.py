@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from i2pdsl.worlds.grid.arrays import Moves, Tables, arrangement, namespace
 from i2pdsl.worlds.grid.model import chosen_at, decode, steps
-from i2pdsl.worlds.grid.spec import ALL_OFFSETS, STAY
+from i2pdsl.worlds.grid.spec import OFFSET_OF, STAY
 
 Array = Any
 
@@ -29,9 +30,9 @@ def is_turn(
     moves: Moves,
     before: Array,
     action: Array,
-    acts: tuple[tuple[int, bool] | None, ...],
+    acts: Sequence[tuple[int, bool] | None],
 ) -> Array:
-    """Whether everybody does so: (action, whether it fails) for each, None for anything."""
+    """Whether everybody does so: (action, whether it succeeds) of each, None for anything."""
     xp = namespace(tables.cells)
     each, _ = steps(tables, moves, before, action)
     done = action < moves.turn_count
@@ -39,8 +40,8 @@ def is_turn(
         if act is None:
             continue
         chosen, success = decode(moves, who, action, xp)
-        done &= (chosen == act[0]) & (success != act[1])
-        if act[1]:  # what is in the way makes no move fail
+        done &= (chosen == act[0]) & (success == act[1])
+        if not act[1]:  # what is in the way makes no move fail
             done &= each[who].would
     return done
 
@@ -91,7 +92,8 @@ def feature(
         return tried if name == "tried" else ~tried
     if name == "faces":
         seen = arrangement(tables, chosen_at(tables, moves, before, action)[who])
-        return is_turn & _ahead(tables, seen, who, act, arguments[1])
+        offsets = [OFFSET_OF[name] for name in moves.actions[who]]
+        return is_turn & _ahead(tables, seen, who, xp.asarray(offsets)[act], arguments[1])
     entity = who if name == "moved" else arguments[1]
     step = steps(tables, moves, before, action)[0][who]
     left, now = tables.cells[step.before, entity], tables.cells[step.after, entity]
@@ -100,21 +102,29 @@ def feature(
         if entity in group:  # whoever of them stood there is there no more
             now = tables.cells[step.after][..., list(group)]
             changed = (left[..., None] != now).all(-1)
-    if name in ("takes", "opens"):
-        return is_turn & changed & ((now == tables.absent) == (name == "opens"))
     if name == "moved":
         return is_turn & changed
-    on_map = tables.cells[step.after, entity] < tables.absent
+    mine = tables.absent + 1 + who
+    match name:
+        case "takes":
+            return is_turn & changed & (now == mine)
+        case "opens":
+            return is_turn & changed & (now == tables.absent)
+        case "puts":
+            return is_turn & (left == mine) & (now < tables.absent)
+        case "gives":
+            return is_turn & (left == mine) & (now > tables.absent) & changed
+    on_map = (left < tables.absent) & (tables.cells[step.after, entity] < tables.absent)
     return is_turn & changed & on_map if entity != who else is_turn & False
 
 
-def _ahead(tables: Tables, state: Array, who: int, act: Array, spot: Any) -> Array:
-    """Whether an action points to an entity or a place: into the quarter in which that lies."""
+def _ahead(tables: Tables, state: Array, who: int, offset: Array, spot: Any) -> Array:
+    """Whether a way [..., 2] points to something or a place: into the quarter where that lies."""
     xp = namespace(tables.cells)
     here = tables.coordinates[tables.cells[state, who]]
     there = tables.cells[state, spot][..., None] if isinstance(spot, int) else xp.asarray(spot)
     way = tables.coordinates[there] - here[..., None, :]
-    ahead = (way * xp.asarray(ALL_OFFSETS)[act][..., None, :]).sum(-1)
+    ahead = (way * offset[..., None, :]).sum(-1)
     return ((ahead > 0) & (2 * ahead >= abs(way).sum(-1)) & (there < tables.absent)).any(-1)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +21,7 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.kind import DrawnMap, Kind, Prepared, Watch
+from i2pdsl.worlds.kind import Approximation, DrawnMap, Imported, Kind, Prepared, Watch
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,6 +44,11 @@ class GridKind(Kind):
     def with_map(self, source: Source, drawn: DrawnMap) -> str:
         return with_map(source, drawn)
 
+    def imported(self, source: Source, file: str, name: str, number: int) -> Imported:
+        from i2pdsl.worlds.grid.foreign.write import imported
+
+        return imported(source, file, name, number)
+
     def drawings(self, spec: GridSpec) -> Mapping[str, str]:
         return dict(spec.look.drawings)
 
@@ -52,6 +58,11 @@ class GridKind(Kind):
             return None
         other = {"uniform": "costs", "costs": "uniform"}[spec.settings.level0]
         return spec.with_settings({"level0": other})
+
+    def approximation(self, spec: GridSpec) -> Approximation | None:
+        from i2pdsl.worlds.grid.method import approximation
+
+        return approximation(spec)
 
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)
@@ -96,15 +107,15 @@ class GridKind(Kind):
             "states": built.dynamics.state_count,
             "problems": problems,
             "residual": built.residual,
-            "bound": built.bound,
+            "bound": None if math.isnan(built.bound) else built.bound,
             "cached": is_cached,
             "seconds": round(time.perf_counter() - began, 3),
         }
         where = "read from the cache" if is_cached else "solved and stored"
+        right = "additive" if math.isnan(built.bound) else f"values right to {built.bound:.2g}"
         words = (
             f"{spec.name}: {built.dynamics.state_count:,} states, {problems} problems, residual "
-            f"{built.residual:.2g}, values right to {built.bound:.2g}, {where} in "
-            f"{document['seconds']:.1f} s"
+            f"{built.residual:.2g}, {right}, {where} in {document['seconds']:.1f} s"
         )
         return Prepared(document, words)
 

@@ -20,7 +20,8 @@ _BARE_SIGN = re.compile(
 )
 _EDGED = re.compile(r"[^\s|-](?:[ |][^\s|-])+")  # cells with a space or a wall between each two
 _BETWEEN = re.compile(r"[-+| ]*-[-+| ]*")  # walls below the cells of the row above
-_COMMENT = re.compile(r"\s(#+\s*[^\W\d_]{3}.*)$")  # behind a row, where `#` may be a wall too
+# Behind a row, or a line of several words, where `#` may be a wall too.
+_COMMENT = re.compile(r"(?:\S\s|^\s++(?=\S+\s+\S))\s*(#+\s*[^\W\d_]{3}.*)$")
 
 
 def with_quoted_signs(source: Source) -> tuple[Source, list[Diagnostic]]:

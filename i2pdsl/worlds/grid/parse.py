@@ -50,6 +50,8 @@ EVENTS = ("deus",)
 TOGETHER = "together"
 MOST_CHARACTERS = 4
 MOST_HYPOTHESES = 4096
+METHODS = ("auto", "exact", "additive")
+MOST_AT_ONCE = 12
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
 _TILE_COLORS = ("#e58aa8", "#6fae75", "#6f9fd8", "#e0a458", "#a98bd0", "#5bb5b0")
@@ -399,11 +401,8 @@ class _Reader(MapReader):
             self.problem("world-cast", f"`{block.name}` cannot be absent", span, hint)
         others = tuple(name for name in names if name != block.name)
         opened = self.words(block, "opened_by", others, "other object")
-        for name in opened[1:]:
-            message = f"one object opens `{block.name}`, `{name}` is another"
-            self.problem("world-cast", message, block.entries["opened_by"].span)
         color = self.color(block, "color", "#b08a5a")
-        return Thing(block.name, absent, count, cells, next(iter(opened), ""), sprite, color)
+        return Thing(block.name, absent, count, cells, opened, sprite, color)
 
     def check_carrying(
         self, characters: tuple[Character, ...], things: tuple[Thing, ...]
@@ -412,6 +411,7 @@ class _Reader(MapReader):
         is a mistake, and nothing is."""
         before, blocks = len(self.problems), {b.name: b for b in self.blocks}
         carried = {name for c in characters for name in c.carries}
+        put = {name for c in characters for name in c.puts_down}
         for thing in things:
             if thing.name not in carried and not thing.opened_by:
                 continue
@@ -419,7 +419,8 @@ class _Reader(MapReader):
             what = "is carried" if thing.name in carried else "is opened"
             movers = [c.name for c in characters if thing.name in c.pushes + c.pulls]
             wrong = {
-                "has no place at first": len(thing.cells) != 1,
+                "has no place at first": not thing.cells and thing.name not in put,
+                "there are several": thing.count > 1,
                 "may be absent": thing.may_be_absent,
                 "is opened, too": thing.name in carried and bool(thing.opened_by),
                 f"is moved by {' and '.join(movers)}, too": bool(movers),
@@ -427,14 +428,14 @@ class _Reader(MapReader):
             for told in (told for told, is_so in wrong.items() if is_so):
                 hint = "it stands where `symbol` or `cell` says until it is taken or opened"
                 self.problem("world-cast", f"`{thing.name}` {what}, but {told}", block.span, hint)
-            if thing.opened_by and thing.opened_by not in carried:
-                message = f"nobody carries `{thing.opened_by}`, which opens `{thing.name}`"
-                hint = f"a character has `carries = {thing.opened_by}`"
+            for key in (key for key in thing.opened_by if key not in carried):
+                message = f"nobody carries `{key}`, which opens `{thing.name}`"
+                hint = f"a character has `carries = {key}`"
                 self.problem("world-cast", message, block.keys["opened_by"], hint)
         if len(self.problems) == before and not self.incomplete:
             return characters, things
-        plain = tuple(replace(c, carries=()) for c in characters)
-        return plain, tuple(replace(thing, opened_by="") for thing in things)
+        plain = tuple(replace(c, carries=(), puts_down=()) for c in characters)
+        return plain, tuple(replace(thing, opened_by=()) for thing in things)
 
     def characters(
         self,
@@ -493,6 +494,12 @@ class _Reader(MapReader):
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
         carries = self.words(block, "carries", things, "object")
+        puts_down = self.words(block, "puts_down", things, "object")
+        for name in (name for name in puts_down if name not in carries):
+            message = f"`{block.name}` does not carry `{name}`, and cannot put it down"
+            hint = f"add `{name}` to `carries`"
+            self.problem("world-cast", message, block.entries["puts_down"].span, hint)
+        diagonals = self.word(block, "diagonals", "no", ("yes", "no")) == "yes"
         attitudes = self.attitudes(block, others)
         models = self.words(block, "models", others, "other character")
         if "goals" in block.entries and block.entries["goals"].value == []:
@@ -513,6 +520,8 @@ class _Reader(MapReader):
             pushes,
             pulls,
             carries,
+            tuple(name for name in puts_down if name in carries),
+            diagonals,
             attitudes,
             modelled,
             tuple(name for name in misreads if name in modelled),
@@ -655,6 +664,7 @@ def is_count(x: float) -> bool:
 SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "level0": ("uniform", "costs"),
     "hypotheses": ("merged", "literal"),
+    "method": METHODS,
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "end": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),
@@ -664,6 +674,10 @@ SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "horizon": (
         lambda x: x == x // 1 and 0 <= x <= LONGEST_STORY,
         f"a whole number from 0 to {LONGEST_STORY}",
+    ),
+    "at_once": (
+        lambda x: x == x // 1 and 2 <= x <= MOST_AT_ONCE,
+        f"a whole number from 2 to {MOST_AT_ONCE}",
     ),
     "gamma": (lambda x: 0 <= x < 1, "at least 0 and below 1"),
     "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),

@@ -14,6 +14,7 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.planning import store
 from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward
 from i2pdsl.sizes import memory_limit
+from i2pdsl.worlds.grid.arrays import Terms
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.problems import (
     Key,
@@ -36,6 +37,9 @@ MODELLED = 1e-3  # what a modeller expects of the other is so much nearer to the
 FORGIVEN = 1e-4  # the residual that will do where rounding keeps values from settling further
 LARGEST_INDEX = 2**31 - 1  # of states and arrangements: searches count in 32 bits
 SAMPLE = 1024  # states at which a plan from the cache is looked at
+SMALLER = "make the map smaller, or take an object away"
+Keys = tuple[tuple[Key, ...], ...]
+"""The problems of each character."""
 
 
 @dataclass(frozen=True)
@@ -45,50 +49,62 @@ class Plan:
     Attributes:
         keys: for each character, its problems.
         continuation: for each character float64 [S, P], the value after an action; with a horizon
-            float32 [F * S, P], for each frame (arrays.py).
+            float32 [F * S, P], for each frame (arrays.py). Additive: [R, P], of all sub-worlds.
         residual: the largest Bellman residual that was reached; of a sample of the states where
             the plan came from the cache.
-        bound: no value is further from the truth.
+        bound: no value is further from the truth; not a number where that is not known.
         seconds: the time that solving took, 0 where the plan came from the cache.
+        terms: of what values are the sum, where they are additive (additive.py).
     """
 
-    keys: tuple[tuple[Key, ...], ...]
+    keys: Keys
     continuation: tuple[np.ndarray, ...]
     residual: float
     bound: float
     seconds: float = 0.0
+    terms: tuple[Terms, ...] | None = None
 
 
-def estimated_bytes(spec: GridSpec) -> int:
+def estimated_bytes(spec: GridSpec, all_keys: Keys | None = None) -> int:
     """Memory that planning takes at its peak: tables, values and their copies (measured)."""
-    problems = sum(len(keys) for keys in problem_keys(spec))
+    problems = sum(len(keys) for keys in all_keys or problem_keys(spec))
     # A state's values, its rewards and policies in the groups, and its successors.
     each = 100 * problems + 500
     if spec.settings.horizon:  # the values of every frame, and their copy on the device
         each += 8 * spec.frame_count * problems
-    return 2**26 + spec.state_count * each + 4 * _arrangements(spec)
+    return 2**26 + spec.state_count * each + 4 * listed_arrangements(spec)
 
 
-def _arrangements(spec: GridSpec) -> int:
+def listed_arrangements(spec: GridSpec) -> int:
     """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
-    return spec.place_count ** len(spec.entities)
+    return 0 if spec.is_sparse else spec.arrangement_count
 
 
-def check_memory(spec: GridSpec) -> None:
-    """Refuses a world whose tables would not fit, before any work. Raises StoryError."""
+def check_memory(spec: GridSpec, what_fits: str | None = None) -> None:
+    """Refuses a world whose tables would not fit, before any work. Raises StoryError.
+
+    Args:
+        what_fits: a hint at what would.
+    """
     needed, available = estimated_bytes(spec), memory_limit()
-    hint = "make the map smaller, or take an object away"
     whole = whole_file(f"{spec.name}.world")
     if needed > available and not spec.is_limited:
         message = (
             f"the world has {spec.state_count:,} states; planning would take "
             f"{needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
-        raise error("too-large", message, whole, hint)
-    if _arrangements(spec) > LARGEST_INDEX:
+        raise error("too-large", message, whole, what_fits or SMALLER)
+    check_numbers(spec)
+
+
+def check_numbers(spec: GridSpec) -> None:
+    """Refuses a world whose states cannot be numbered. Raises StoryError."""
+    whole, hint = whole_file(f"{spec.name}.world"), SMALLER
+    listed = listed_arrangements(spec)
+    if listed > LARGEST_INDEX:
         message = (
-            f"the world has {_arrangements(spec):,} arrangements of its characters and objects, "
-            f"more than can be numbered ({LARGEST_INDEX:,})"
+            f"the world has {listed:,} arrangements of its characters and objects, more "
+            f"than can be numbered ({LARGEST_INDEX:,})"
         )
         raise error("too-large", message, whole, hint)
     if spec.state_count * spec.frame_count > LARGEST_INDEX and not spec.is_limited:
@@ -104,12 +120,17 @@ def load_or_plan(
     dynamics: Callable[[], Dynamics],
     report: Report | None = None,
     say: Callable[[str], None] | None = None,
+    keys: Keys | None = None,
 ) -> Plan:
     """The plan from the cache, or solved now and stored there.
 
     An entry that is damaged, or holds anything but this plan, is said and made again.
+
+    Args:
+        keys: the problems that are wanted of each character, and of those whom it models; all of
+            them by default.
     """
-    keys = problem_keys(spec)
+    keys = keys or problem_keys(spec)
     name = f"{spec.planning_key}-{_digest(keys)}"
     built = dynamics() if spec.is_limited else None
     count = spec.state_count if built is None else built.state_count
@@ -124,7 +145,7 @@ def load_or_plan(
         store.refuse(name, "does not fit the world", say)
     check_memory(spec)
     with computing(say):
-        plan = solve(spec, dynamics(), report=report, say=say)
+        plan = solve(spec, dynamics(), report=report, say=say, keys=keys)
     store.save(name, dict(zip(shapes, plan.continuation, strict=True)), say)
     return plan
 
@@ -132,7 +153,7 @@ def load_or_plan(
 def _plan_of(
     spec: GridSpec,
     dynamics: Callable[[], Dynamics],
-    keys: tuple[tuple[Key, ...], ...],
+    keys: Keys,
     shapes: dict[str, tuple[int, int]],
     found: dict[str, np.ndarray],
 ) -> Plan | None:
@@ -154,7 +175,7 @@ def _plan_of(
     return Plan(keys, values, max(residuals), _bound(spec, residuals, values))
 
 
-def _digest(keys: tuple[tuple[Key, ...], ...]) -> str:
+def _digest(keys: Keys) -> str:
     import hashlib
 
     return hashlib.sha256(json.dumps(keys).encode()).hexdigest()[:8]
@@ -166,6 +187,7 @@ def solve(
     tolerance: float | None = None,
     report: Report | None = None,
     say: Callable[[str], None] | None = None,
+    keys: Keys | None = None,
 ) -> Plan:
     """Solves all problems of a world exactly: to a Bellman residual of `tolerance`, or one for
     which beliefs are right to 1e-4 and values to 1e-2.
@@ -178,12 +200,15 @@ def solve(
     from i2pdsl.planning.value_iteration import solve as solve_problems
 
     started = time.perf_counter()
-    keys = problem_keys(spec)
-    if not _is_plain(spec):
+    keys = keys or problem_keys(spec)
+    if not is_plain(spec):
         return _solve_by_induction(spec, dynamics, keys, tolerance, report, say)
     found: dict[int, np.ndarray] = {}
     residuals = [0.0] * len(keys)
     for who in map(spec.characters.index, spec.by_depth):
+        if not keys[who]:
+            found[who] = np.zeros((dynamics.state_count, 0))
+            continue
         problem = _problem_of(spec, dynamics, who, keys, found)
         try:
             solution = solve_problems(
@@ -205,7 +230,7 @@ def _problem_of(
     spec: GridSpec,
     dynamics: Dynamics,
     who: int,
-    keys: tuple[tuple[Key, ...], ...],
+    keys: Keys,
     found: dict[int, np.ndarray],
 ) -> Problem:
     """The problems of a character; they need the continuations of those whom it models."""
@@ -266,13 +291,15 @@ def _bound(spec: GridSpec, residuals: list[float], found: tuple[np.ndarray, ...]
     a policy that differs by d in sum gives values that differ by at most d / (1 - gamma) times
     half the range of what comes after it.
     """
-    if not _is_plain(spec):
+    if not is_plain(spec):
         return _far(spec) * max(residuals)
     bounds: dict[str, float] = {}
     for c in spec.by_depth:
         who = spec.characters.index(c)
         changed = sum(float(np.expm1(2 * spec.settings.beta * bounds[name])) for name in c.models)
-        after = float(np.ptp(found[who], axis=0).max()) / 2 + 2 * _largest_reward(spec, who)
+        after = float(np.ptp(found[who], axis=0).max(initial=0.0)) / 2 + 2 * _largest_reward(
+            spec, who
+        )
         bounds[c.name] = _far(spec) * (residuals[who] + changed * after)
     return max(bounds.values())
 
@@ -302,7 +329,8 @@ def _alone(spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]) 
 # With a horizon, or together (induction.py).
 
 
-def _is_plain(spec: GridSpec) -> bool:
+def is_plain(spec: GridSpec) -> bool:
+    """Whether planning has no end, and one acts after the other."""
     return not (spec.settings.horizon or spec.together)
 
 
@@ -320,7 +348,7 @@ def _far(spec: GridSpec) -> float:
 def _solve_by_induction(
     spec: GridSpec,
     dynamics: Dynamics,
-    keys: tuple[tuple[Key, ...], ...],
+    keys: Keys,
     tolerance: float | None,
     report: Report | None,
     say: Callable[[str], None] | None,
@@ -353,7 +381,7 @@ def _solve_by_induction(
 def _residuals(
     spec: GridSpec,
     dynamics: Dynamics,
-    keys: tuple[tuple[Key, ...], ...],
+    keys: Keys,
     values: tuple[np.ndarray, ...],
     some: np.ndarray,
 ) -> list[float]:
@@ -367,7 +395,7 @@ def _residuals(
     is_last = some >= last if numbers.horizon else some < 0
     worst = [0.0] * len(keys)
     for states, end in ((some[~is_last], None), (some[is_last], numbers.end)):
-        for who in range(len(keys)) if len(states) else ():
+        for who in (w for w, each in enumerate(keys) if each and len(states)):
             with np.errstate(all="ignore"):  # numbers of any size may stand in a file
                 found = implied(tables, against, spec.together, who, states, end)
                 worst[who] = max(worst[who], float(np.abs(found - values[who][states]).max()))

@@ -48,6 +48,8 @@ def goal_warnings(
             if goal == NO_GOAL or not cells:
                 continue
             steps = steps_to(tiles[goal], free, walls)
+            if c.diagonals:  # a way takes at least half as many steps
+                steps = {cell: (n + 1) // 2 for cell, n in steps.items()}
             ways = [steps.get(cell) for cell in cells]
             for told in (_walled_off(spec, c, goal, ways), _far(spec, c, goal, ways)):
                 if told is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
 from i2pdsl.worlds.grid import model
-from i2pdsl.worlds.grid.spec import ALL_ACTIONS, STAY, Character, GridSpec
+from i2pdsl.worlds.grid.spec import PULLS, PUTS, STAY, Character, GridSpec
 from i2pdsl.worlds.grid.symmetry import symmetries
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.record import Record, Trajectory
@@ -50,7 +50,7 @@ def frames_as_json(world: GridWorld, path: Trajectory) -> tuple[dict[str, Any], 
         steps, _ = model.steps(world.tables, moves, before, action)
         for who, (act, _) in enumerate(_decoded(world, int(action))):
             moved = bool(steps[who].after != steps[who].before)
-            frame[spec.characters[who].name] = {"action": ALL_ACTIONS[act], "moved": moved}
+            frame[spec.characters[who].name] = {"action": moves.actions[who][act], "moved": moved}
         frames.append({**frame, "event": None, "state": state})
     return tuple(frames)
 
@@ -66,7 +66,7 @@ def turn_in_words(world: GridWorld, action: int) -> str:
         return f"[{event}: {thing} at ({column}, {row})]"
     acts = zip(world.spec.characters, _decoded(world, action), strict=True)
     told = (
-        f"{who.name}: {ALL_ACTIONS[act]}{'' if success else '!'}" for who, (act, success) in acts
+        f"{who.name}: {who.actions[act]}{'' if success else '!'}" for who, (act, success) in acts
     )
     return f"[{', '.join(told)}]"
 
@@ -105,7 +105,7 @@ def placed_in_words(name: str, place: Sequence[int] | str | None) -> str:
 
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
     numbers = np.unravel_index(action, world.moves.counts)
-    return [world.moves.outcomes(who)[int(n)] for who, n in enumerate(numbers)]
+    return [world.moves.outcomes[who][int(n)] for who, n in enumerate(numbers)]
 
 
 def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
@@ -180,7 +180,7 @@ class GridReader:
             if name not in self.spec.entities:
                 hint = did_you_mean(name, self.spec.entities)
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
-        state = int(self.dynamics.lookup[code])
+        state = int(self.dynamics.find(np.array(code)))
         if state < 0:
             there = [tuple(c) for c in cells.values() if isinstance(c, list | tuple)]
             for thing in filter(self.spec.is_fixed, self.spec.things):
@@ -284,7 +284,7 @@ class GridReader:
             after = int(self.dynamics.successor[who][act, current])
             self.check_moved(who, act, moved, after != current, where)
             success = moved or after == current
-            outcome = self.world.moves.outcomes(who).index((act, success))
+            outcome = self.world.moves.outcomes[who].index((act, success))
             code = code * self.world.moves.counts[who] + outcome
             current = after if success else current
         return code, current
@@ -313,10 +313,11 @@ class GridReader:
     def check_moved(self, who: int, act: int, moved: bool, can: bool, where: str) -> None:
         """Refuses a move of what is blocked, and a failure of who is strong."""
         character = self.spec.characters[who]
-        name, action = character.name, ALL_ACTIONS[act]
+        name, action = character.name, character.actions[act]
         if moved and not can:
-            reason = "the way is blocked" if act < STAY else "there is nothing to pull, or no room"
-            reason = "staying moves nobody" if act == STAY else reason
+            reason = "staying moves nobody" if act == STAY else "the way is blocked"
+            reason = "there is nothing to pull, or no room" if action in PULLS else reason
+            reason = "it holds nothing that could go there" if action in PUTS else reason
             self.wrong(where, f"`{name}` cannot move {action}: {reason}")
         if not moved and can and not character.is_weak:
             message = f"`{name}` goes {action} and must move: only a weak one can fail"

@@ -11,13 +11,20 @@ from typing import Any, ClassVar
 
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
+DIAGONALS = ("north_east", "south_east", "south_west", "north_west")
 PULLS = ("pull_north", "pull_south", "pull_east", "pull_west")
-ALL_ACTIONS = ACTIONS + PULLS
+PUTS = ("put_north", "put_south", "put_east", "put_west")
+ALL_ACTIONS = ACTIONS + DIAGONALS + PULLS + PUTS
 OFFSETS = ((0, -1), (0, 1), (1, 0), (-1, 0), (0, 0))  # (column, row), in the order of ACTIONS
-ALL_OFFSETS = OFFSETS + OFFSETS[:STAY]  # of ALL_ACTIONS
+OFFSET_OF = dict(zip(ACTIONS, OFFSETS, strict=True)) | {
+    **dict(zip(DIAGONALS, ((1, -1), (1, 1), (-1, 1), (-1, -1)), strict=True)),
+    **dict(zip(PULLS, OFFSETS, strict=False)),
+    **dict(zip(PUTS, OFFSETS, strict=False)),
+}
 NO_GOAL = "none"
 WALL = "#"
 FLOOR = "."
+MOST_LISTED = 2**24  # arrangements of which a table is made in any case
 MOST_SEEN = 2000  # cells of a map on which sight is known: a table has a number for each pair
 Cell = tuple[int, int]  # (column, row)
 Shares = tuple[tuple[str, tuple[tuple[Any, float], ...]], ...]
@@ -50,7 +57,9 @@ class Character:
         attitudes: the others whom this one has an attitude to, and how large that may be.
         models: the others whose plans this one sees through; those of `attitudes` are among them.
         misreads: those of them of whom it may be wrong about what they want.
-        carries: the objects that it takes by stepping on their cells, and keeps.
+        carries: the objects that it takes by stepping on their cells.
+        puts_down: those of them that it can put down, or hand over, the first first.
+        diagonals: whether it also moves aslant.
     """
 
     name: str
@@ -59,6 +68,8 @@ class Character:
     pushes: tuple[str, ...] = ()
     pulls: tuple[str, ...] = ()
     carries: tuple[str, ...] = ()
+    puts_down: tuple[str, ...] = ()
+    diagonals: bool = False
     attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     models: tuple[str, ...] = ()
     misreads: tuple[str, ...] = ()
@@ -72,8 +83,10 @@ class Character:
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """What it can choose: the pulls only if there is something that it pulls."""
-        return ALL_ACTIONS if self.pulls else ACTIONS
+        """What it can choose, in the order of ALL_ACTIONS: the pulls only if there is something
+        that it pulls, and so on."""
+        more = (DIAGONALS, self.diagonals), (PULLS, self.pulls), (PUTS, self.puts_down)
+        return ACTIONS + sum((those for those, can in more if can), ())
 
 
 @dataclass(frozen=True)
@@ -81,14 +94,14 @@ class Thing:
     """An object that stands in the way, and can be moved by those who push or pull it.
 
     Several of a `count` are all alike, so who is who of them is not part of a state. One that is
-    `opened_by` another is a door: it is gone once somebody who carries that steps into it.
+    `opened_by` others is a door: it is gone once somebody who carries one of those steps into it.
     """
 
     name: str
     may_be_absent: bool = False
     count: int = 1
     cells: tuple[Cell, ...] = ()  # where they are at first; none where the story says
-    opened_by: str = ""
+    opened_by: tuple[str, ...] = ()
     sprite: str = "box"
     color: str = "#b08a5a"
 
@@ -132,6 +145,8 @@ class Settings:
     forgetting: float = 1e-5  # epsilon, the share of belief that is reassigned after each action
     switching: float = 0.0  # the chance that who acted wants something else from then on
     horizon: int = 0  # frames that there are in all; 0: planning has no end
+    method: str = "auto"  # of planning: auto | exact | additive (additive.py)
+    at_once: int = 3  # entities that additive planning plans for together
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
 
 
@@ -174,7 +189,7 @@ class GridSpec:
             if symbol != WALL
         )
 
-    @property
+    @cached_property
     def entities(self) -> tuple[str, ...]:
         """The names of the characters and then of the things: the order of a state's cells."""
         return tuple(c.name for c in self.characters) + tuple(
@@ -194,7 +209,7 @@ class GridSpec:
         """The numbers of the cells that each entity can be on, [E]: those of the free cells; then
         that of absence; then, for what is carried, that of each character who has it.
 
-        What is carried, or a door, is not moved otherwise.
+        A door, or what is taken and not put down, is only where it is at first.
         """
         absent, everywhere = len(self.free_cells), tuple(range(len(self.free_cells)))
         found = [everywhere] * len(self.characters)
@@ -205,11 +220,16 @@ class GridSpec:
                 holders = self.holders(thing.name)
                 found.append((first, *away, *(absent + 1 + who for who in holders)))
             else:
-                found += [everywhere + (absent,) * thing.may_be_absent] * thing.count
+                held = tuple(absent + 1 + who for who in self.holders(thing.name))
+                found += [everywhere + (absent,) * thing.may_be_absent + held] * thing.count
         return tuple(found)
 
     def is_fixed(self, thing: Thing) -> bool:
-        """Whether something stays where it is at first, until it is taken or opened."""
+        """Whether something stays where it is at first, until it is taken for good or opened."""
+        return self.is_linked(thing) and not any(thing.name in c.puts_down for c in self.characters)
+
+    def is_linked(self, thing: Thing) -> bool:
+        """Whether something is a door, or somebody carries it."""
         return bool(thing.opened_by or self.holders(thing.name))
 
     def holders(self, thing: str) -> tuple[int, ...]:
@@ -221,6 +241,19 @@ class GridSpec:
         """How many numbers of cells there are: of free ones, of absence, and of being carried."""
         carried = any(c.carries for c in self.characters)
         return len(self.free_cells) + 1 + carried * len(self.characters)
+
+    @property
+    def arrangement_count(self) -> int:
+        """How many arrangements of the entities there are, valid or not."""
+        return self.place_count ** len(self.entities)
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether arrangements are looked for among the valid ones, since a table of all would be
+        long; what falls needs the table."""
+        alike = math.prod(math.factorial(thing.count) for thing in self.things)
+        long = max(MOST_LISTED, 8 * alike * self.state_count)
+        return not self.events and long < self.arrangement_count < 2**62
 
     @property
     def is_limited(self) -> bool:
@@ -289,8 +322,8 @@ class GridSpec:
 
     def with_settings(self, changes: dict[str, Any]) -> GridSpec:
         """The same world with some of its numbers replaced."""
-        if "horizon" in changes:
-            changes = changes | {"horizon": int(changes["horizon"])}
+        whole = {key: int(changes[key]) for key in ("horizon", "at_once") if key in changes}
+        changes = changes | whole
         return replace(self, settings=replace(self.settings, **changes))
 
     @cached_property
@@ -299,9 +332,8 @@ class GridSpec:
         content = asdict(self)
         for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
-        content["settings"].pop("forgetting")
-        content["settings"].pop("switching")
-        content["settings"].pop("hypotheses")
+        for key in ("forgetting", "switching", "hypotheses", "method", "at_once"):
+            content["settings"].pop(key)
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),
@@ -309,7 +341,7 @@ class GridSpec:
             *(
                 (item, key)
                 for item in content["characters"]
-                for key in ("pulls", "carries", "misreads")
+                for key in ("pulls", "carries", "puts_down", "diagonals", "misreads")
             ),
             *((item, "opened_by") for item in content["things"]),
             *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),

@@ -42,12 +42,24 @@ OF_CARRYING = (
     Predicate("takes", ("character", "object"), "the action of the first took the second", True),
     Predicate("opens", ("character", "object"), "the action of the first opened the second", True),
 )
+OF_PUTTING = (
+    Predicate("puts", ("character", "object"), "the action of the first put the second down", True),
+    Predicate(
+        "gives",
+        ("character", "object"),
+        "the action of the first handed the second over to another, who holds it then",
+        True,
+    ),
+)
 _DOCUMENTATION = {
     "goal": "reward for acting on one's own goal tile",
     "move": "reward of a move",
     "stay": "reward of staying",
     "end": "reward for standing on one's own goal tile when the last frame of the horizon is over",
     "horizon": "how many frames there are, for which characters plan; 0: without end",
+    "method": "how planning goes: exactly; or additively, where values are sums of those in worlds "
+    "with fewer entities; or exactly where that fits in memory and time, else additively",
+    "at_once": "how many characters and objects additive planning plans for together",
     "gamma": "discount factor",
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",
@@ -60,8 +72,10 @@ _DOCUMENTATION = {
 def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     """The vocabulary of a grid world, from its .world file alone."""
     characters = tuple(c.name for c in spec.characters)
-    actions = ALL_ACTIONS if any(c.pulls for c in spec.characters) else ACTIONS
-    carries = any(c.carries for c in spec.characters)
+    used = {action for c in spec.characters for action in c.actions}
+    actions = tuple(action for action in ALL_ACTIONS if action in used) or ACTIONS
+    of_things = [*(OF_CARRYING if any(c.carries for c in spec.characters) else ())]
+    of_things += OF_PUTTING if any(c.puts_down for c in spec.characters) else ()
     columns = len(spec.rows[0]) if spec.rows else 0
     return Vocabulary(
         world=spec.name,
@@ -79,7 +93,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         events=dict(spec.events),
         predicates={
             p.name: p
-            for p in (*PREDICATES, *(OF_CARRYING if carries else ()))
+            for p in (*PREDICATES, *of_things)
             if p.name not in _BY_PAIRS or len(spec.free_cells) <= MOST_SEEN
         },
         settings={
@@ -91,7 +105,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         automatic=_automatic(spec),
         usual_length=min(15, spec.settings.horizon or 15),
         longest=spec.settings.horizon or None,
-        limited_to={c.name: c.actions for c in spec.characters if len(c.actions) < len(actions)},
+        limited_to={c.name: c.actions for c in spec.characters if c.actions != actions},
         documentation=spec.documentation,
         shares={name: dict(weights) for name, weights in spec.shares},
     )

@@ -16,6 +16,8 @@ KEYS: dict[str, tuple[str, ...]] = {
             "pushes",
             "pulls",
             "carries",
+            "puts_down",
+            "diagonals",
             "toward",
             "attitude",
             "models",
@@ -28,7 +30,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     ),
     "event": ("drops",),
     "rewards": ("goal", "move", "stay", "end"),
-    "planning": ("gamma", "beta", "level0", "order", "horizon"),
+    "planning": ("gamma", "beta", "level0", "order", "horizon", "method", "at_once"),
     "audience": ("forgetting", "switching", "hypotheses"),
     "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }
@@ -56,8 +58,14 @@ def taken(name: str) -> str | None:
     return None
 
 
-_MOVES = "there are no other moves than one cell north, south, east or west, and staying"
-_FIXED = "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`"
+_MOVES = (
+    "a move goes one cell north, south, east or west, or aslant where a character has "
+    "`diagonals = yes`"
+)
+_FIXED = (
+    "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`; who may "
+    "put it down again, `puts_down = KEY`"
+)
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
 _SEEN = "everyone sees everything but goals and attitudes; who may be wrong about a goal `misreads`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
@@ -76,7 +84,7 @@ _MAP = "the size is that of the rows below `map`"
 _ELSEWHERE = {
     _WHO: "agent agents player players npc actor person robot human enemy ghost predator prey",
     _WHAT: "box boxes block crate boulder ball item thing furniture obstacle",
-    _FIXED: "door doors gate key keys lock carry take takes",
+    _FIXED: "door doors gate key keys lock carry take takes put puts drop give gives hand",
     _SWITCHED: "switch button lever portal teleport bridge",
     _MOVES: "moves actions action diagonal diagonals northeast northwest southeast southwest speed "
     "jump wait noop neighbours neighbors connectivity directions",

@@ -15,9 +15,10 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
-from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded
+from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
-from i2pdsl.worlds.grid.planning import Plan, Report, check_memory, load_or_plan
+from i2pdsl.worlds.grid.method import check_size, planned
+from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
     answering,
     costs,
@@ -121,7 +122,7 @@ class GridWorld:
 
     def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
-        return tables.cells.__array_namespace__().arange(tables.continuation[0].shape[0])
+        return tables.cells.__array_namespace__().arange(state_count(tables))
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -130,7 +131,7 @@ class GridWorld:
         return model.endings(tables, self.moves, state)
 
     def branch_actions(self, who: int) -> tuple[int, ...]:
-        return tuple(action for action, _ in self.moves.outcomes(who))
+        return tuple(action for action, _ in self.moves.outcomes[who])
 
     def drops(self, tables: Tables, state: Array) -> tuple[Array, Array]:
         return model.drops(tables, self.moves, state)
@@ -221,14 +222,14 @@ class GridWorld:
             number = self._drop(turn)
             _, possible = self.drops(tables, xp.asarray(state))
             return zero + self.moves.turn_count + number, possible[..., number]
-        code = self.turn_number([(act.action, not act.fails) for act in turn])
+        code = self.turn_number([self._done(who, act) for who, act in enumerate(turn)])
         return zero + code, zero == 0
 
     def turn_number(self, chosen: Sequence[tuple[int, bool]]) -> np.ndarray:
         """The number of a turn in which each character does an action, and succeeds or not."""
         number: Array = 0
         for who, outcome in enumerate(chosen):
-            number = number * self.moves.counts[who] + self.moves.outcomes(who).index(outcome)
+            number = number * self.moves.counts[who] + self.moves.outcomes[who].index(outcome)
         return np.asarray(number)
 
     def _drop(self, drop: ty.Drop) -> int:
@@ -245,8 +246,13 @@ class GridWorld:
     ) -> Array:
         if isinstance(turn, ty.Drop):
             return action == self.moves.turn_count + self._drop(turn)
-        acts = tuple(None if act is None else (act.action, act.fails) for act in turn)
+        acts = [None if act is None else self._done(who, act) for who, act in enumerate(turn)]
         return features.is_turn(tables, self.moves, before, action, acts)
+
+    def _done(self, who: int, act: ty.Act) -> tuple[int, bool]:
+        """An action of a character in its own numbers, and whether it succeeds."""
+        name = self.vocabulary.actions[act.action]
+        return self.moves.actions[who].index(name), not act.fails
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
@@ -291,7 +297,7 @@ def with_policies(tables: Tables) -> Tables:
     states; as they are where that takes too much memory."""
     from i2pdsl.programs import compiled_program
 
-    states = len(tables.continuation[0])
+    states = state_count(tables)
     sizes = [
         len(after) * column.size
         for after, column in zip(tables.successor, tables.columns, strict=True)
@@ -322,15 +328,13 @@ def build_world(
 
     Raises StoryError where the world is too large.
     """
-    check_memory(spec)
+    check_size(spec)
     viewers = viewers or (Viewer(spec),)
     dynamics = build_dynamics(spec)
     plans: dict[str, Plan] = {}
     for viewer in viewers:
         if viewer.spec.planning_key not in plans:
-            plans[viewer.spec.planning_key] = load_or_plan(
-                viewer.spec, lambda: dynamics, report, say
-            )
+            plans[viewer.spec.planning_key] = planned(viewer.spec, dynamics, report, say)
     return assemble(spec, dynamics, viewers, [plans[v.spec.planning_key] for v in viewers])
 
 
@@ -339,7 +343,7 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
 
     Raises StoryError where the world is too large.
     """
-    check_memory(spec)
+    check_size(spec)
     keys = problem_keys(spec)
     dynamics = build_dynamics(spec)
     states = dynamics.state_count * spec.frame_count
@@ -406,6 +410,7 @@ def assemble(
         switching=switching_of(viewers, words, log_prior),
         layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
+        terms=distinct[0].terms,
     )
     tables = tables._replace(swarms=swarms_of(spec, words, viewers, tables))
     moves = Moves(
@@ -413,7 +418,7 @@ def assemble(
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
         len(spec.entities),
         tuple(spec.entities.index(thing) for _, things in spec.events for thing in things),
-        tuple(len(c.actions) for c in spec.characters),
+        tuple(c.actions for c in spec.characters),
         spec.groups,
         spec.frame_count,
         spec.together,

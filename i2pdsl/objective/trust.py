@@ -1,0 +1,110 @@
+"""How far what viewers believe may be from what they would, if a world's plans were exact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from i2pdsl.audience.queries import conditioned
+from i2pdsl.errors import Diagnostic, Span
+from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.objective.frame import Frame
+from i2pdsl.worlds.hypotheses import Hypothesis, is_attitude
+
+DOUBTFUL = 0.1  # a change of a probability above which a script is not trusted
+
+
+@dataclass(frozen=True)
+class Copied:
+    """The error in a small copy of a world, which can be planned exactly.
+
+    Attributes:
+        told: how small it is, in words.
+        scripts: so many were looked at, of characters who act by exact plans.
+        mean, worst: the change of belief (`apart`) in a frame, over all frames of all of them.
+    """
+
+    told: str
+    scripts: int
+    mean: float
+    worst: float
+
+    def in_words(self) -> str:
+        found = f"{self.told} "
+        found += f"beliefs are off by {self.mean:.2g} on average, by {self.worst:.2g} at most"
+        return found
+
+
+@dataclass(frozen=True)
+class Trust:
+    """What is known of the error of an approximate world in a script.
+
+    Attributes:
+        method: how the world is planned, in words.
+        closer: a method that is nearer to exact planning, by which the script was judged too; or
+            why it was not.
+        belief: the largest change of belief in a frame by that method; None where there is none.
+        score: the script's objective by it.
+        copied: the error in a small copy; None where there is none.
+    """
+
+    method: str
+    closer: str
+    belief: float | None
+    score: float | None
+    copied: Copied | None
+
+    @property
+    def is_trusted(self) -> bool | None:
+        """Whether beliefs are about those by plans nearer to exact ones; None where that is not
+        known."""
+        return None if self.belief is None else self.belief <= DOUBTFUL
+
+    def warnings(self, place: Span) -> tuple[Diagnostic, ...]:
+        """A warning, where beliefs are far from those by plans nearer to exact ones."""
+        if self.is_trusted is not False:
+            return ()
+        message = f"do not trust this script: by {self.closer} beliefs differ by {self.belief:.2g}"
+        hint = "look for another: `--seeds 0-9`; or make `at_once` larger"
+        return (Diagnostic("untrusted", message, place, hint, severity="warning"),)
+
+    def as_json(self) -> dict[str, Any]:
+        """What `i2p run --json` tells."""
+        copied = self.copied
+        return {
+            "method": self.method,
+            "closer": self.closer,
+            "belief": self.belief,
+            "score": self.score,
+            "trusted": self.is_trusted,
+            "copy": copied and asdict(copied),
+        }
+
+    def in_words(self) -> str:
+        """What is known, in a line."""
+        if self.belief is None:
+            found = f"{self.method}; whether to trust that is not known: {self.closer}"
+        else:
+            found = f"{self.method}; beliefs within {self.belief:.2g} of those by {self.closer}"
+        return f"{found}; in {self.copied.in_words()}" if self.copied is not None else found
+
+
+def apart(words: Vocabulary, assumption: Sequence[bool], one: Frame, other: Frame) -> np.ndarray:
+    """How much the beliefs of two audiences of one world differ after each frame: the largest
+    difference between the probabilities that they give to a value of a latent (of an attitude: to
+    its sign). Of observers the mean is taken. [...], the leading axes of the frames."""
+    told = [_told(row) for row in words.hypotheses]
+    events = sorted({event for row in told for event in row}, key=repr)
+    groups = np.array([[event in row for event in events] for row in told], dtype=float)
+    mask = np.array(assumption)
+    first, second = (conditioned(f.log_belief, mask).mean(-2) @ groups for f in (one, other))
+    found: np.ndarray = np.abs(first - second).max(-1)
+    return found
+
+
+def _told(row: Hypothesis) -> set[tuple[str, Any]]:
+    """What a hypothesis says of each latent."""
+    return {(name, np.sign(x) if is_attitude(name) else x) for name, x in row.items()}

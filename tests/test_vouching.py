@@ -1,0 +1,197 @@
+"""What is said of the error of additive worlds, against the error itself."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from i2pdsl.errors import Source, whole_file
+from i2pdsl.objective.panel import judge, panel
+from i2pdsl.objective.terms import score_script
+from i2pdsl.objective.trust import Copied, Trust
+from i2pdsl.pipeline import Story
+from i2pdsl.results import Result
+from i2pdsl.scripts import Script, script_from
+from i2pdsl.search.candidates import TOLERANCE, faults
+from i2pdsl.vouching import error_in_copy
+from i2pdsl.worlds.grid import method
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.reach import steps_to
+from i2pdsl.worlds.grid.reduced import reduced
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.record import parse_record
+
+CROWD = """
+map
+    P..
+    ..G
+tile pink
+    symbol = P
+tile green
+    symbol = G
+character cheese
+    success = 0.6
+    goals = {pink, green}
+character robot
+    goals = {pink, none}
+    pushes = {cheese, table, chair}
+    toward = cheese
+    attitude = {-1, 1}
+object table
+object chair
+planning
+    gamma = 0.8
+    method = additive
+"""
+STORY = "world crowd\nlength 4\nmaximize depict(rho > 0)\nsearch beam(starts = 60, polish = 1)\n"
+ROOMS = """
+map
+    ......#.....
+    .A....#.....
+    ......#.....
+    ##.######.##
+    ......#.....
+    .k....D...B.
+    ......#.....
+tile a
+    symbol = A
+tile b
+    symbol = B
+object key
+    symbol = k
+object door
+    symbol = D
+    opened_by = key
+object box
+character dog
+    carries = key
+    pushes = box
+    goals = {a, b}
+"""
+
+
+def spec_of(text: str, name: str = "crowd") -> GridSpec:
+    return parse_world(Source(f"{name}.world", text), name)
+
+
+@cache
+def solved(folder: Path) -> tuple[Story, Result]:
+    (folder / "crowd.world").write_text(CROWD, encoding="utf-8")
+    story = Story.from_text(STORY, folder)
+    return story, story.solve(seed=0, candidates=6)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Story, Result]:
+    return solved(tmp_path_factory.mktemp("crowd"))
+
+
+def planned_exactly(script: Script) -> Script:
+    """The same script, read from a file that asks for exact plans."""
+    document = script.record.as_json()
+    document["world"]["settings"] = {"method": "exact"}
+    return script_from(parse_record(Source("script.json", json.dumps(document))), None)
+
+
+def test_the_figure_of_a_script_is_its_error(found: tuple[Story, Result]) -> None:
+    """The largest change of a latent's probability, asked for one by one."""
+    asked = [f"G_{who} = {goal}" for who, goal in (("cheese", "pink"), ("robot", "none"))]
+    for script in found[1].candidates[:3]:
+        exact = planned_exactly(script)
+        worst = 0.0
+        for event in (*asked, "rho > 0", "rho < 0"):
+            ours, theirs = (s.query(f"P({event} | script[:t])") for s in (script, exact))
+            worst = max(worst, float(np.abs(np.asarray(ours) - np.asarray(theirs)).max()))
+        assert script.trust is not None
+        assert script.trust.closer == "exact plans"
+        assert script.trust.belief == pytest.approx(worst, abs=1e-6)
+        assert 1e-3 < worst < 1
+
+
+def test_candidates_are_put_in_order_by_the_nearer_plans(found: tuple[Story, Result]) -> None:
+    story, result = found
+    exact = story.with_(method="exact")
+    world, order = exact.world(), []
+    for script, judgement in zip(result.candidates, result.judgements, strict=True):
+        frames = planned_exactly(script).frames
+        score = float(score_script(exact.typed, world, frames))
+        assert script.trust.score == pytest.approx(score, abs=1e-6)
+        assert script.score != pytest.approx(score, abs=1e-4)
+        (judged,) = judge(exact.typed, panel(exact.typed, world), [script.trajectory], [frames])
+        assert judgement.mean == pytest.approx(judged.mean, abs=1e-6)
+        order.append((score, score + judged.mean, faults(world, script.trajectory.states)))
+    best = max(score for score, *_ in order)
+    # What lacks nothing of a film, and is not much worse than the best, comes first.
+    keys = [
+        (lacks + (score < best - TOLERANCE * abs(best)), -votes) for score, votes, lacks in order
+    ]
+    assert len(keys) > 2
+    assert keys == sorted(keys)
+
+
+def test_a_doubtful_script_is_said_to_be_so(found: tuple[Story, Result]) -> None:
+    story, result = found
+    for script in result.candidates:
+        told = [d for d in story.doubts(script) if d.code == "untrusted"]
+        assert bool(told) == (script.trust.belief > 0.1) == (script.trust.is_trusted is False)
+        for warning in told:
+            assert warning.severity == "warning"
+            assert warning.span.text == "world crowd"
+            assert f"{script.trust.belief:.2g}" in warning.message
+
+
+def test_without_anything_nearer_nothing_is_claimed() -> None:
+    trust = Trust("additive", "exact plans would take 43.0 GiB", None, None, None)
+    assert trust.is_trusted is None
+    assert trust.warnings(whole_file("x")) == ()
+    assert "not known: exact plans would take" in trust.in_words()
+    copied = Copied("a copy", 64, 0.5, 1.0)
+    assert Trust("additive", "exact plans", 0.1, 3.0, copied).is_trusted
+    assert Trust("additive", "exact plans", 0.2, 3.0, copied).is_trusted is False
+    assert Trust("additive", "exact plans", 0.2, 3.0, copied).as_json()["copy"]["mean"] == 0.5
+
+
+def test_the_error_in_a_copy_is_that_of_its_plans() -> None:
+    """None where both are planned alike; with more at once it is less."""
+    crowd = spec_of(CROWD)
+    exact = crowd.with_settings({"method": "exact"})
+    assert error_in_copy(exact, exact) == (0.0, 0.0)
+    two, three = (error_in_copy(crowd.with_settings({"at_once": n}), exact) for n in (2, 3))
+    assert 0 < three[0] < two[0] < 1
+    assert three[0] < three[1] <= 1
+
+
+def test_what_is_nearer_to_exact_plans(monkeypatch: pytest.MonkeyPatch) -> None:
+    crowd = spec_of(CROWD)
+    assert method.approximation(crowd.with_settings({"method": "exact"})) is None
+    two = method.approximation(crowd.with_settings({"at_once": 2}))
+    assert two.closer.settings.at_once == 3
+    assert two.closer_method == "3 at once"
+    assert two.told == "a copy with 6 of 6 cells"
+    three = method.approximation(crowd)
+    assert three.closer.settings.method == "exact"
+    assert three.closer_method == "exact plans"
+    monkeypatch.setattr(method, "memory_limit", lambda: 0)
+    nothing = method.approximation(crowd)
+    assert nothing.closer is None
+    assert "exact plans would take" in nothing.closer_method
+
+
+def test_copies_keep_goals_doors_and_ways() -> None:
+    spec = spec_of(ROOMS)
+    small = reduced(spec, lambda each: len(each.free_cells) <= 16)
+    assert small is not None
+    assert 7 <= len(small.free_cells) <= 16
+    assert [len(tile.cells) for tile in small.tiles] == [1, 1]
+    assert [len(thing.cells) for thing in small.things] == [1, 1, 0]
+    for kept in (*small.tiles, *small.things):
+        assert set(kept.cells) <= set(small.free_cells)
+    inside = steps_to(small.tiles[0].cells, set(small.free_cells))
+    assert set(inside) == set(small.free_cells)  # the two rooms are still joined
+    assert small.characters == spec.characters
+    assert reduced(spec, lambda each: len(each.free_cells) <= 5) is None
+    assert reduced(small, lambda each: True) == small
