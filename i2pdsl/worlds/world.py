@@ -260,7 +260,8 @@ def switching_of(
     """How viewers think that goals change after each observation of a frame, which is what the
     characters do one after the other; empty where nobody thinks that they do.
 
-    Hypotheses are in one group that differ in the goal of who acted alone.
+    Hypotheses are in one group that differ in the goal of who acted alone (and in where it takes
+    that to be).
 
     Args:
         log_prior: of each viewer, [O, H].
@@ -270,10 +271,11 @@ def switching_of(
         return ()
     found = []
     for name in words.characters:
-        goal = goal_of(name)
+        goal, about = goal_of(name), words.readings.get(name, {})
+        own = {goal, *(latent for what, latent in about.items() if what in words.things)}
         groups: dict[Hashable, list[int]] = {}
         for number, row in enumerate(words.hypotheses):
-            rest = frozenset((latent, value) for latent, value in row.items() if latent != goal)
+            rest = frozenset((latent, value) for latent, value in row.items() if latent not in own)
             groups.setdefault(rest if goal in row else number, []).append(number)
         most = max(map(len, groups.values()))
         count = len(words.hypotheses)
