@@ -113,6 +113,23 @@ def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
     return tuple(Attitude(name, *pair) for name, pair in zip(latents, pairs, strict=False))
 
 
+def parts_of(characters: Sequence[Minded]) -> tuple[frozenset[str], ...]:
+    """The latents of each character: what it wants, whom it cares about, what it takes others to
+    want, and whether it is rational."""
+    cares = attitudes_of(characters)
+    return tuple(
+        frozenset(
+            (
+                goal_of(c.name),
+                rationality_of(c.name),
+                *(each.latent for each in cares if each.who == c.name),
+                *(reading_of(c.name, other) for other in c.misreads),
+            )
+        )
+        for c in characters
+    )
+
+
 def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
     """What is hidden about characters: attitudes if any has some, goals, and who is rational."""
     found: dict[str, Latent] = {}
