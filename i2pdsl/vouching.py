@@ -18,6 +18,7 @@ from i2pdsl.scripts import Script
 from i2pdsl.worlds.kind import Approximation, Spec, Watch
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer, World
 
 SCRIPTS, FRAMES = 64, 15  # that are looked at in a copy
@@ -67,14 +68,20 @@ def error_in_copy(approximate: Spec, exact: Spec) -> tuple[float, float]:
     """The mean and the largest change of belief in a frame between a world that is planned
     approximately and the same planned exactly, along scripts of those who act by exact plans."""
     first, second = (ready_world(spec, (Viewer(spec),)) for spec in (approximate, exact))
-    generator = np.random.default_rng(0)
-    starts, rational = second.starts(), np.array(default_assumption(second.vocabulary))
-    states = starts[generator.integers(len(starts), size=SCRIPTS)]
-    drawn = generator.choice(np.flatnonzero(rational), size=SCRIPTS)
-    observations = len(second.switching(second.tables))
-    courses = np.broadcast_to(drawn[:, None, None], (SCRIPTS, FRAMES + 1, observations))
-    luck = generator.random((SCRIPTS, FRAMES))
-    path = rollouts(second, states, np.zeros(SCRIPTS, int), courses, luck)
+    path = rational_scripts(second, SCRIPTS, FRAMES, 0)
     seen = [replay_all(world, path.states, path.actions, regret=False) for world in (first, second)]
-    errors = apart(second.vocabulary, tuple(rational), *seen)[:, 1:]
+    rational = default_assumption(second.vocabulary)
+    errors = apart(second.vocabulary, rational, *seen)[:, 1:]
     return float(errors.mean()), float(errors.max())
+
+
+def rational_scripts(world: World, count: int, length: int, seed: int) -> Trajectory:
+    """Scripts of characters who are rational, from anywhere: actions [N, T], states [N, T + 1]."""
+    generator = np.random.default_rng(seed)
+    starts, rational = world.starts(), np.array(default_assumption(world.vocabulary))
+    states = starts[generator.integers(len(starts), size=count)]
+    drawn = generator.choice(np.flatnonzero(rational), size=count)
+    observations = len(world.switching(world.tables))
+    courses = np.broadcast_to(drawn[:, None, None], (count, length + 1, observations))
+    luck = generator.random((count, length))
+    return rollouts(world, states, np.zeros(count, int), courses, luck)
