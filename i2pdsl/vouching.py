@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,43 +24,76 @@ from i2pdsl.worlds.world import Viewer, World
 SCRIPTS, FRAMES = 64, 15  # that are looked at in a copy
 
 
-def vouched(
-    story: TypedStory, world: World, scripts: Sequence[Script], watch: Watch
-) -> tuple[World, list[Script], list[Frame]]:
-    """The world by which scripts shall be judged, the scripts with what is known of their error,
-    and what viewers in that world make of them. Where plans are exact, or nothing nearer to them
-    fits, it is the scripts' own world."""
-    found = kind_of(world.spec).approximation(world.spec)
+@dataclass(frozen=True)
+class Vouched:
+    """Scripts and how they are to be judged.
+
+    Attributes:
+        scripts: with what is known of their error.
+        world: by which they are judged: their own, where plans are exact or nothing nearer to
+            that is at hand.
+        paths: the scripts in its numbers.
+        frames: what the story's viewers make of them there.
+    """
+
+    scripts: list[Script]
+    world: World
+    paths: list[Trajectory]
+    frames: list[Frame]
+
+    def in_world(self, world: World) -> Vouched:
+        """The same, to be judged in the scripts' own world."""
+        paths, frames = [s.trajectory for s in self.scripts], [s.frames for s in self.scripts]
+        return Vouched(self.scripts, world, paths, frames)
+
+
+def vouched(story: TypedStory, world: World, scripts: Sequence[Script], watch: Watch) -> Vouched:
+    """Holds scripts against plans that are nearer to exact ones."""
+    kind = kind_of(world.spec)
+    paths, own = [s.trajectory for s in scripts], [s.frames for s in scripts]
+    found = kind.approximation(world.spec)
     if found is None:
-        return world, list(scripts), [script.frames for script in scripts]
-    copied = None
-    if found.copy is not None:
-        copied = Copied(found.told, SCRIPTS, *error_in_copy(*found.copy))
-    if found.closer is None:
-        unknown = Trust(found.method, found.closer_method, None, None, copied)
-        known = [replace(script, trust=unknown) for script in scripts]
-        return world, known, [script.frames for script in scripts]
-    closer = ready_world(found.closer, viewers_of(found.closer, story.observers), watch)
-    frames = replay_many(closer, [script.trajectory for script in scripts])
-    held = [
-        replace(script, trust=_held(story, found, closer, script, seen, copied))
-        for script, seen in zip(scripts, frames, strict=True)
-    ]
-    return closer, held, frames
+        return Vouched(list(scripts), world, paths, own)
+    copied = _copied(found)
+    closer, told = None, found.closer_method
+    if found.closer is not None:
+        closer = ready_world(found.closer, viewers_of(found.closer, story.observers), watch)
+    elif scripts:
+        shown = [script.shown().trajectory for script in scripts]
+        part = kind.around(world, viewers_of(world.spec, story.observers), shown, watch)
+        if part is not None:
+            closer, told = part[0], "plans that are exact around the script"
+            paths = [cut(p, script.length) for p, script in zip(part[1], scripts, strict=True)]
+    if closer is None:
+        unknown = Trust(found.method, told, None, None, copied)
+        return Vouched([replace(script, trust=unknown) for script in scripts], world, paths, own)
+    frames = replay_many(closer, paths)
+    held = []
+    for script, seen in zip(scripts, frames, strict=True):
+        with np.errstate(all="ignore"):
+            score = float(score_script(story, closer, seen))
+        belief = float(apart(closer.vocabulary, script.assumption, script.frames, seen).max())
+        held.append(replace(script, trust=Trust(found.method, told, belief, score, copied)))
+    return Vouched(held, closer, paths, frames)
 
 
-def _held(
-    story: TypedStory,
-    found: Approximation,
-    closer: World,
-    script: Script,
-    seen: Frame,
-    copied: Copied | None,
-) -> Trust:
-    with np.errstate(all="ignore"):
-        score = float(score_script(story, closer, seen))
-    belief = float(apart(closer.vocabulary, script.assumption, script.frames, seen).max())
-    return Trust(found.method, found.closer_method, belief, score, copied)
+def trust_in(spec: Spec) -> Trust | None:
+    """What is known of the error of a world without any script; None where its plans are exact."""
+    found = kind_of(spec).approximation(spec)
+    if found is None:
+        return None
+    return Trust(found.method, found.closer_method, None, None, _copied(found))
+
+
+def _copied(found: Approximation) -> Copied | None:
+    if found.copy is None:
+        return None
+    return Copied(found.told, SCRIPTS, *error_in_copy(*found.copy))
+
+
+def cut(path: Trajectory, length: int) -> Trajectory:
+    """The first frames of a script."""
+    return Trajectory(path.actions[:length], path.states[: length + 1])
 
 
 @lru_cache(maxsize=8)
