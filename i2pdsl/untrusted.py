@@ -25,7 +25,8 @@ _KINDS = {
     stat.S_IFBLK: "it is a device, not a file",
 }
 # A text is matched whole, also one that is never closed, and without going back.
-_TEXT_OR_BRACKET = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
+_TEXT = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?', re.DOTALL)
+_BRACKET = re.compile(r"[\[\]{}]")
 
 
 # Names.
@@ -135,17 +136,14 @@ def without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def json_excess(text: str, deepest: int, most: int = 5_000_000) -> str | None:
     """What there is more of in a JSON text than is read, before it is: `nested too deeply`, or
     more than `most` lists and objects. None where it is all right."""
-    depth = count = 0
-    for found in _TEXT_OR_BRACKET.finditer(text):
-        match text[found.start()]:
-            case "[" | "{":
-                depth, count = depth + 1, count + 1
-                if depth > deepest:
-                    return "nested too deeply"
-                if count > most:
-                    return f"of more than {most:,} parts"
-            case "]" | "}":
-                depth -= 1
+    bare = _TEXT.sub("", text)
+    if bare.count("[") + bare.count("{") > most:
+        return f"of more than {most:,} parts"
+    depth = 0
+    for bracket in _BRACKET.findall(bare):
+        depth += 1 if bracket in "[{" else -1
+        if depth > deepest:
+            return "nested too deeply"
     return None
 
 

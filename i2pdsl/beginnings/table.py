@@ -166,10 +166,6 @@ _CALM = (
 )
 _CALM_ALONE = ("Calm motion: no sudden turns.",
                "minimize sum_t 0.05 * [acceleration({actor}) @ script[t]]")  # fmt: skip
-_PUSHING = (
-    "How the search looks: where two push each other, small steps and many of them.",
-    "search descend(optimiser = adam, rate = 0.004, steps = 150)",
-)
 _NO_NEARER = "3 * [progress({helped}, {goal}) @ script[t]]"
 
 _ON_PLANES = (
@@ -178,7 +174,7 @@ _ON_PLANES = (
         (("After every frame viewers shall believe that {helper} helps.",
           "maximize depict({rho} > 0)"),
          ("In the end {helped} shall be there.",
-          "maximize 20 * [at({helped}, {goal}) @ script[T]]"), _TOGETHER, _CALM, _PUSHING),
+          "maximize 20 * [at({helped}, {goal}) @ script[T]]"), _TOGETHER, _CALM),
     ),
     Beginning(
         "hinder", "{helped} wants to go to {goal}, and {helper} keeps it away", "depict",
@@ -186,7 +182,7 @@ _ON_PLANES = (
         (("After every frame viewers shall believe that {helper} hinders, and what {helped} wants.",
           "maximize depict({rho} < 0 and G_{helped} = {goal})"),
          ("It shall not come nearer.", f"minimize sum_t {_NO_NEARER}"),
-         _TOGETHER, _CALM, _PUSHING),
+         _TOGETHER, _CALM),
     ),
     Beginning(
         "betrayal", "{helper} seems to help {helped} to {goal}, and turns against it", "twist", 140,
@@ -195,7 +191,7 @@ _ON_PLANES = (
           "maximize twist({rho} > 0 and G_{helped} = {goal}, {rho} < 0 and G_{helped} = {goal})"),
          ("After the turn {helped} shall come no nearer.",
           f"minimize sum_{{{{t in T/2..T}}}} {_NO_NEARER}"),
-         _TOGETHER, _CALM, _PUSHING),
+         _TOGETHER, _CALM),
     ),
     Beginning(
         "legible", "{actor} goes to {here}, and everybody sees early that it will", "legible", 60,

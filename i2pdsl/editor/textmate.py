@@ -107,8 +107,10 @@ def _story_rules() -> _Rules:
 
 
 def _world_rules() -> _Rules:
-    # A row of the map: an indented line with no spaces in it and no `=`.
-    yield {"match": r"^\s+([^\s=]+)\s*$", "captures": {"1": "map"}}
+    # A row of the map: an indented line with no spaces in it and no `=`; or with a space or a wall
+    # between each two cells; or walls below some of them.
+    row = r"^\s+([^\s=]+|[^\s=](?:[ |][^\s=])+|-(?:\s+-)*)\s*$"
+    yield {"match": row, "captures": {"1": "map"}}
     yield from _common()
     words = dict.fromkeys(w for kind in WORLDS for w in kind_named(kind).syntax.keywords)
     yield _rule("keyword", rf"^(?:{'|'.join(words)})\b")

@@ -85,6 +85,15 @@ class Beliefs:
             for other in c.misreads
         }
 
+    @property
+    def _places(self) -> dict[str, tuple[str, str]]:
+        """Who takes which thing to be somewhere, by latent."""
+        return {
+            reading_of(c.name, thing): (c.name, thing)
+            for c in self.cast.characters
+            for thing, _ in c.supposes
+        }
+
     def sentence(self, event: Claims, condition: Claims) -> tuple[str, str]:
         """An event's name, and what those think who believe it.
 
@@ -113,6 +122,8 @@ class Beliefs:
         if latent in self._readings:
             reader, other = self._readings[latent]
             return f"{reader} takes {other}: {named}"
+        if latent in self._places:
+            return f"{' supposes '.join(self._places[latent])}: {named}"
         return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
 
     def _one(self, latent: str, values: Sequence[Value]) -> str:
@@ -123,6 +134,9 @@ class Beliefs:
         if latent in self._readings:
             who, other = self._readings[latent]
             return f"{who} takes it that {self.goal(other, [str(v) for v in values])}"
+        if latent in self._places:
+            who, thing = self._places[latent]
+            return f"{who} takes {thing} to be at {' or '.join(map(show_value, values))}"
         for c in self.cast.characters:
             if latent == goal_of(c.name):
                 return self.goal(c.name, [str(v) for v in values])
@@ -158,6 +172,15 @@ class Beliefs:
                 for s in _all(curves)
             )
             title = f"what {who} takes {other} to want"
+            yield Panel(title, "probability", series, "probability", latent, title)
+        for latent, (who, thing) in self._places.items():
+            places = [str(v) for v in script.world.vocabulary.latents[latent].values]
+            curves = _most(places, script.query(f"P({latent} | script[:t])").T)
+            series = tuple(
+                replace(s, claim=self._one(latent, [s.label])) if s.label in places else s
+                for s in _all(curves)
+            )
+            title = f"where {who} takes {thing} to be"
             yield Panel(title, "probability", series, "probability", latent, title)
 
     def _attitudes(self, script: Script) -> Iterable[Panel]:

@@ -8,8 +8,6 @@ minimize sum_t 0.2 * [distance(little, big) @ script[t]]
 minimize sum_{t in T/2..T} 3 * [progress(little, nest) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
-search descend(optimiser = adam, rate = 0.004, steps = 150)
-
 # expect mean_{t in 1..T/2} P(rho > 0 | script[:t]) >= 0.8
 # expect mean_{t in T/2 + 6..T} P(rho < 0 | script[:t]) >= 0.9
 # expect sum_{t in 1..T/2} [progress(little, nest) @ script[t]] >= 3

@@ -7,8 +7,6 @@ minimize sum_t 0.3 * [distance(little, big) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 maximize 20 * [at(little, nest) @ script[T]]
 
-search descend(optimiser = adam, rate = 0.004, steps = 150)
-
 # expect mean_t P(rho > 0 | script[:t]) >= 0.85
 # expect [at(little, nest) @ script[T]] >= 1
 # expect mean_t [touching(little, big) @ script[t]] >= 0.3

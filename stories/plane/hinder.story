@@ -8,8 +8,6 @@ minimize sum_t 0.3 * [distance(little, big) @ script[t]]
 minimize sum_t 3 * [progress(little, nest) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
-search descend(optimiser = adam, rate = 0.004, steps = 150)
-
 # expect mean_t P(rho < 0 and G_little = nest | script[:t]) >= 0.8
 # expect mean_t [touching(little, big) @ script[t]] >= 0.3
 # expect sum_t [progress(little, nest) @ script[t]] <= 4

@@ -10,8 +10,6 @@ maximize sum_t 3 * [progress(little, nest) @ script[t]]
 minimize sum_t 0.3 * [distance(little, big) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
-search descend(optimiser = adam, rate = 0.004, steps = 150)
-
 # expect mean_{t in T/2..T} P[friend](rho > 0 | script[:t]) >= 0.85
 # expect mean_{t in T/2..T} P(rho < 0 | script[:t]) >= 0.85
 # expect mean_t P(rho > 0 | script[:t]) <= 0.2

@@ -6,10 +6,9 @@ length 120
 
 maximize depict(rho < 0 and G_little = inside)
 minimize sum_t 0.2 * [distance(little, big) @ script[t]]
+maximize sum_{t in 1..T/3} 3 * [progress(little, inside) @ script[t]]
 minimize sum_{t in T/2..T} 3 * [progress(little, inside) @ script[t]]
 minimize sum_t 0.1 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
-
-search descend(optimiser = adam, rate = 0.004, steps = 150)
 
 # expect mean_t P(rho < 0 and G_little = inside | script[:t]) >= 0.85
 # expect sum_{t in 1..T/3} [progress(little, inside) @ script[t]] >= 1.5

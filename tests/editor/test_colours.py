@@ -234,6 +234,15 @@ def test_textmate_agrees_on_worlds(path: Path) -> None:
     assert as_kinds("world.tmLanguage.json", text, "world") == spoken(colour_world(text))
 
 
+def test_walls_between_cells_are_no_comment() -> None:
+    text = "# A yard.\nmap\n    # . .|. .\n        -   -\n    #|P # . r\n    - - -\ntile pink\n"
+    kind = lambda pieces: {at: k for a, b, k in pieces for at in range(a, b) if text[at].strip()}
+    assert kind(as_kinds("world.tmLanguage.json", text, "world")) == kind(
+        spoken(colour_world(text))
+    )
+    assert sum(k == "map" for k in kind(spoken(colour_world(text))).values()) == 17
+
+
 def samples() -> list[str]:
     """A word or sign of every terminal, and of every function."""
     found = [*FUNCTIONS, "pi", "rho", "G_robot", "R_cheese", "anything", '"text"', "12.5e-3"]

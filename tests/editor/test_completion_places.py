@@ -149,7 +149,7 @@ EXACT = {
     "maximize [moved(robot) @ script[¦": "n T last",
     # Statements and their settings.
     "world ¦": " ".join(builtin_worlds()),
-    "audience ¦": "bayesian average",
+    "audience ¦": "bayesian particles average",
     "audience bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = ¦": "2",
@@ -160,7 +160,7 @@ EXACT = {
     "audience bayesian(prior(rho) = {-3: 1, ¦": "-1 0 1 3 others",
     "audience bayesian(prior(R_robot) = {¦": "true false others",
     "audience bayesian(prior(rho) = {-3: ¦": "",
-    "audience average(¦": "bayesian average",
+    "audience average(¦": "bayesian particles average",
     "audience average(bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "search ¦": "beam naive",
     "search beam(¦": "polish starts width",
@@ -277,7 +277,7 @@ def test_audiences_are_offered_where_a_belief_can_name_them() -> None:
     assert "[" not in {c.text for c in offered("maximize P¦")}
     assert found("maximize E[insider][¦") >= {"V", "rho"}
     assert found("maximize E[insider][rho | ¦") >= {"script"}
-    assert found("audience other = ¦") == {"bayesian", "average"}
+    assert found("audience other = ¦") == {"bayesian", "particles", "average"}
     assert found("audience other = bayesian(given = ¦") >= {"rho", "G_cheese", "not"}
     assert "=" in found("audience other ¦")
     assert "insider" not in found("maximize ¦")

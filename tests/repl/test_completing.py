@@ -112,7 +112,7 @@ def offered(session: Session, line: str) -> set[str]:
         # Statements.
         ("world ", BUILTIN),
         ("world kit", {"kitchen"}),
-        ("audience ", {"average", "bayesian"}),
+        ("audience ", {"average", "particles", "bayesian"}),
         ("search ", {"beam", "naive"}),
         ("assume ", EVENTS | {"nothing"}),
         ("start at(", {"cheese", "robot", "table"}),

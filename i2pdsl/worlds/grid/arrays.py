@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -41,6 +43,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
+        swarms: the particles of each observer (None of who holds all hypotheses); empty where
+            nobody holds particles.
         terms: for each character, of what its values are the sum, where they are additive: then
             `continuation` holds [R, P], the values of all sub-worlds one below the other.
     """
@@ -66,6 +70,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
+    swarms: tuple[SwarmTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
 
 
@@ -168,16 +173,19 @@ class Moves:
     frames: int = 1  # F
     together: bool = False
 
-    def outcomes(self, who: int) -> tuple[tuple[int, bool], ...]:
-        """(action, success) for each outcome of a character; staying cannot fail."""
-        numbers = range(len(self.actions[who]))
-        succeed = tuple((a, True) for a in numbers)
-        fail = tuple((a, False) for a in numbers if a != STAY)
-        return succeed + fail if self.weak[who] else succeed
+    @cached_property
+    def outcomes(self) -> tuple[tuple[tuple[int, bool], ...], ...]:
+        """(action, success) for each outcome of each character; staying cannot fail."""
+        found = []
+        for actions, is_weak in zip(self.actions, self.weak, strict=True):
+            succeed = tuple((a, True) for a in range(len(actions)))
+            fail = tuple((a, False) for a, _ in succeed if a != STAY)
+            found.append(succeed + fail if is_weak else succeed)
+        return tuple(found)
 
-    @property
+    @cached_property
     def counts(self) -> tuple[int, ...]:
-        return tuple(len(self.outcomes(who)) for who in range(len(self.weak)))
+        return tuple(map(len, self.outcomes))
 
     @property
     def turn_count(self) -> int:

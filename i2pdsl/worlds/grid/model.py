@@ -180,7 +180,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         return array.reshape(*array.shape[:at], *later, *array.shape[at:])
 
     for who in range(count):
-        outcomes = moves.outcomes(who)
+        outcomes = moves.outcomes[who]
         landed = xp.moveaxis(tables.successor[who][:, place], 0, -1)
         seen = place if tables.layer is None else in_frame(frame, place)
         row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
@@ -205,7 +205,7 @@ def _turns_together(tables: Tables, moves: Moves, state: Array) -> Branches:
     """`turns` of two who act together."""
     xp = namespace(tables.cells)
     ends, *moved = _joint(tables, arrangement(tables, state))
-    (acts, done), (acts2, done2) = (zip(*moves.outcomes(who), strict=True) for who in (0, 1))
+    (acts, done), (acts2, done2) = (zip(*moves.outcomes[who], strict=True) for who in (0, 1))
     acts, acts2 = xp.asarray(acts)[:, None], xp.asarray(acts2)
     done, done2 = xp.asarray(done)[:, None], xp.asarray(done2)
     effect, effect2 = xp.where(done, acts, STAY), xp.where(done2, acts2, STAY)
@@ -240,7 +240,7 @@ def endings(tables: Tables, moves: Moves, state: Array) -> Array:
     xp = namespace(tables.cells)
     here = arrangement(tables, xp.asarray(state))
     effects = [
-        [action if ok else STAY for action, ok in moves.outcomes(who)]
+        [action if ok else STAY for action, ok in moves.outcomes[who]]
         for who in range(len(moves.weak))
     ]
     if moves.together:
@@ -365,7 +365,7 @@ def in_frame(frame: Array, place: Array) -> Array:
 def decode(moves: Moves, who: int, action: Array, xp: Any) -> tuple[Array, Array]:
     """A character's action in a turn, and whether it succeeded; an event reads as staying."""
     own = action // math.prod(moves.counts[who + 1 :]) % moves.counts[who]
-    outcomes = moves.outcomes(who)
+    outcomes = moves.outcomes[who]
     is_turn = action < moves.turn_count
     own = xp.where(is_turn, own, STAY)
     acts = xp.asarray([a for a, _ in outcomes])

@@ -50,7 +50,8 @@ def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
 
 
 def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
-    """The problem that a rational character solves under a hypothesis."""
+    """The problem that a rational character solves under a hypothesis. Who wants a thing goes to
+    where it takes that to be."""
     latents = {
         each.toward: each.latent
         for each in attitudes_of(spec.characters)
@@ -63,7 +64,9 @@ def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
         key = problem_of(spec, spec.character(name), seen) if rational else None
         rho = float(row[latents[name]]) if name in latents else None
         others.append(Modelled(name, rho, key))
-    return Key(str(row[goal_of(character.name)]), tuple(others))
+    goal = str(row[goal_of(character.name)])
+    place = row[reading_of(character.name, goal)] if goal in dict(character.supposes) else goal
+    return Key(str(place), tuple(others))
 
 
 def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:

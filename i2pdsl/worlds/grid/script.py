@@ -105,7 +105,7 @@ def placed_in_words(name: str, place: Sequence[int] | str | None) -> str:
 
 def _decoded(world: GridWorld, action: int) -> list[tuple[int, bool]]:
     numbers = np.unravel_index(action, world.moves.counts)
-    return [world.moves.outcomes(who)[int(n)] for who, n in enumerate(numbers)]
+    return [world.moves.outcomes[who][int(n)] for who, n in enumerate(numbers)]
 
 
 def distance(world: GridWorld, first: np.ndarray, second: np.ndarray) -> float:
@@ -284,7 +284,7 @@ class GridReader:
             after = int(self.dynamics.successor[who][act, current])
             self.check_moved(who, act, moved, after != current, where)
             success = moved or after == current
-            outcome = self.world.moves.outcomes(who).index((act, success))
+            outcome = self.world.moves.outcomes[who].index((act, success))
             code = code * self.world.moves.counts[who] + outcome
             current = after if success else current
         return code, current

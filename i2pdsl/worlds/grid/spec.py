@@ -57,6 +57,7 @@ class Character:
         attitudes: the others whom this one has an attitude to, and how large that may be.
         models: the others whose plans this one sees through; those of `attitudes` are among them.
         misreads: those of them of whom it may be wrong about what they want.
+        supposes: the objects that it may want, and the tiles on which it may take each to be.
         carries: the objects that it takes by stepping on their cells.
         puts_down: those of them that it can put down, or hand over, the first first.
         diagonals: whether it also moves aslant.
@@ -73,6 +74,7 @@ class Character:
     attitudes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     models: tuple[str, ...] = ()
     misreads: tuple[str, ...] = ()
+    supposes: tuple[tuple[str, tuple[str, ...]], ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
@@ -189,7 +191,7 @@ class GridSpec:
             if symbol != WALL
         )
 
-    @property
+    @cached_property
     def entities(self) -> tuple[str, ...]:
         """The names of the characters and then of the things: the order of a state's cells."""
         return tuple(c.name for c in self.characters) + tuple(
@@ -341,7 +343,7 @@ class GridSpec:
             *(
                 (item, key)
                 for item in content["characters"]
-                for key in ("pulls", "carries", "puts_down", "diagonals", "misreads")
+                for key in ("pulls", "carries", "puts_down", "diagonals", "misreads", "supposes")
             ),
             *((item, "opened_by") for item in content["things"]),
             *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),

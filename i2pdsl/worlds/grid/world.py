@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
@@ -29,6 +30,7 @@ from i2pdsl.worlds.grid.problems import (
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.swarms import swarms_of
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
@@ -105,8 +107,13 @@ class GridWorld:
     def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
         return tables.switching or (None,) * len(self.moves.weak)
 
+    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
+        return tables.swarms
+
     @property
     def keeps_doubt(self) -> bool:
+        if self.tables.swarms:
+            return False
         possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
         each = np.broadcast_to(
             forgetting if forgetting.ndim == 2 else forgetting[:, None], possible.shape
@@ -124,7 +131,7 @@ class GridWorld:
         return model.endings(tables, self.moves, state)
 
     def branch_actions(self, who: int) -> tuple[int, ...]:
-        return tuple(action for action, _ in self.moves.outcomes(who))
+        return tuple(action for action, _ in self.moves.outcomes[who])
 
     def drops(self, tables: Tables, state: Array) -> tuple[Array, Array]:
         return model.drops(tables, self.moves, state)
@@ -223,7 +230,7 @@ class GridWorld:
         """The number of a turn in which each character does an action, and succeeds or not."""
         number: Array = 0
         for who, outcome in enumerate(chosen):
-            number = number * self.moves.counts[who] + self.moves.outcomes(who).index(outcome)
+            number = number * self.moves.counts[who] + self.moves.outcomes[who].index(outcome)
         return np.asarray(number)
 
     def _drop(self, drop: ty.Drop) -> int:
@@ -250,11 +257,11 @@ class GridWorld:
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
-        is expected to do."""
+        is expected to do. The other viewers hold all hypotheses."""
         sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
         told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
         switching = tuple(each.given(log_prior) for each in self.tables.switching)
-        return replace(self, tables=self.tables._replace(**told, switching=switching))
+        return replace(self, tables=self.tables._replace(**told, switching=switching, swarms=()))
 
     action_shape = ()
     rows_are_scaled = False
@@ -406,6 +413,7 @@ def assemble(
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
         terms=distinct[0].terms,
     )
+    tables = tables._replace(swarms=swarms_of(spec, words, viewers, tables))
     moves = Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,

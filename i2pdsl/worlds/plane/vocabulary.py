@@ -72,7 +72,11 @@ RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
     "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
-SEARCH = (("lookahead", 0), ("noise", 0.3), ("optimiser", "lbfgs"), ("steps", 60), ("window", 200))
+# Where two push each other gradients grow with every frame (docs/plane.md, "Searching").
+SEARCH = (
+    *(("damping", 0.95), ("lookahead", 20), ("noise", 0.3), ("rate", 0.004), ("steps", 150)),
+    ("window", 60),
+)
 # Chosen by looking at the films (docs/plane.md): regret parts who push each other, and somebody
 # alone has nothing to do but to arrive, and would tremble there.
 TWO = Weights(naturalness=0.0, liveliness=0.5)
