@@ -211,7 +211,7 @@ def solve(
         if not keys[who]:
             found[who] = np.zeros((dynamics.state_count, 0))
             continue
-        problem = _problem_of(spec, dynamics, who, keys, found)
+        problem = family_of(spec, dynamics, who, keys, found)
         try:
             solution = solve_problems(
                 problem,
@@ -228,14 +228,14 @@ def solve(
     return Plan(keys, arrays, max(residuals), bound, seconds)
 
 
-def _problem_of(
+def family_of(
     spec: GridSpec,
     dynamics: Dynamics,
     who: int,
     keys: Keys,
     found: dict[int, np.ndarray],
 ) -> Problem:
-    """The problems of a character; they need the continuations of those whom it models."""
+    """All problems of a character; they need the continuations of those whom it models."""
     problem = _alone(spec, dynamics, who, keys[who])
     answers = []
     for other in answering(spec, who):

@@ -199,7 +199,7 @@ class GridWorld:
         )
         if name not in ("sees", "distance"):
             return found
-        table = self._sight if name == "sees" else self._walks
+        table = self._sight if name == "sees" else self.walks
         first, other = found
         if isinstance(other, int):
             return first, other, table.reshape(-1)
@@ -211,7 +211,8 @@ class GridWorld:
         return in_sight(self.dynamics.coordinates, self.spec.walls)
 
     @cached_property
-    def _walks(self) -> np.ndarray:
+    def walks(self) -> np.ndarray:
+        """The steps from each cell to each: [N, N]."""
         return walking(self.dynamics.coordinates, self.spec.walls)
 
     def act(self, tables: Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
