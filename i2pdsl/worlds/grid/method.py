@@ -40,7 +40,7 @@ SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
 def at_once(spec: GridSpec) -> int | None:
     """How many entities are planned for together; None where all are, exactly."""
     method, most = spec.settings.method, spec.settings.at_once
-    if not is_plain(spec) or method == "exact":
+    if not is_plain(spec) or method == "exact" or spec.marks:
         return None
     if method == "additive":
         return most if most < len(spec.entities) else None

@@ -16,7 +16,7 @@ from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
 from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
-from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics, initial_marks
 from i2pdsl.worlds.grid.method import check_size, planned
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
@@ -284,13 +284,14 @@ class GridWorld:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
-        """All arrangements, with everybody in the place that the world gives him at first."""
+        """All arrangements, with everybody in the place that the world gives him at first, and
+        nobody having been anywhere else."""
         placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
         given = [entity for entity, cell in enumerate(placed) if cell >= 0]
-        cells = self.dynamics.cells
-        if not given:
-            return np.arange(len(cells))
-        return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
+        cells, first = self.dynamics.cells, len(self.spec.entities)
+        begins = (cells[:, given] == np.array(placed, dtype=int)[given]).all(1)
+        marks = cells[:, first : first + len(self.spec.marks)]
+        return np.flatnonzero(begins & (marks == initial_marks(self.spec, cells)).all(1))
 
 
 def with_policies(tables: Tables) -> Tables:
@@ -373,7 +374,7 @@ def assemble(
             else np.concatenate([p.continuation[who] for p in distinct], axis=1)
         )
         keys = [key for p in distinct for key in p.keys[who]]
-        goals.append(on_goal(spec, dynamics, [key.goal for key in keys]))
+        goals.append(on_goal(spec, dynamics, who, keys))
         beta = np.empty(len(keys))
         column = np.full((len(viewers), len(rows)), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
@@ -394,6 +395,7 @@ def assemble(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
         strides=dynamics.strides,
+        spots=dynamics.spots,
         successor=dynamics.successor,
         coordinates=coordinates,
         absent=np.array(dynamics.absent),
