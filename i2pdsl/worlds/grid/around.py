@@ -126,6 +126,7 @@ def cut_out(dynamics: Dynamics, states: np.ndarray) -> tuple[Dynamics, np.ndarra
         dynamics.coordinates,
         dynamics.known[kept],
         local[dynamics.states[kept]],
+        dynamics.spots,
     ), numbers
 
 
