@@ -19,7 +19,7 @@ from i2pdsl.scripts import Script, script_of
 from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
 from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
-from i2pdsl.vouching import vouched
+from i2pdsl.vouching import vouched, vouched_alone
 from i2pdsl.worlds.record import Trajectory
 
 IN_FULL = 3  # lengths of a story of several that are searched as much as a story of one
@@ -97,6 +97,8 @@ def chosen(
         best = max(_worth(script) for script in held.scripts)
         judged.sort(key=lambda each: _place(best, *each))
     kept = judged if search.offers_all else judged[:count]
+    best_script, judgement = kept[0]
+    kept[0] = vouched_alone(task.story, task.world, best_script, task.watch), judgement
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
 

@@ -22,6 +22,7 @@ from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer, World
 
 SCRIPTS, FRAMES = 64, 15  # that are looked at in a copy
+EXACT_AROUND = "plans that are exact around the script"
 
 
 @dataclass(frozen=True)
@@ -59,22 +60,59 @@ def vouched(story: TypedStory, world: World, scripts: Sequence[Script], watch: W
     if found.closer is not None:
         closer = ready_world(found.closer, viewers_of(found.closer, story.observers), watch)
     elif scripts:
-        shown = [script.shown().trajectory for script in scripts]
-        part = kind.around(world, viewers_of(world.spec, story.observers), shown, watch)
+        part = _around(story, world, scripts, watch)
         if part is not None:
-            closer, told = part[0], "plans that are exact around the script"
-            paths = [cut(p, script.length) for p, script in zip(part[1], scripts, strict=True)]
+            (closer, paths), told = part, EXACT_AROUND
     if closer is None:
         unknown = Trust(found.method, told, None, None, copied)
         return Vouched([replace(script, trust=unknown) for script in scripts], world, paths, own)
     frames = replay_many(closer, paths)
-    held = []
-    for script, seen in zip(scripts, frames, strict=True):
-        with np.errstate(all="ignore"):
-            score = float(score_script(story, closer, seen))
-        belief = float(apart(closer.vocabulary, script.assumption, script.frames, seen).max())
-        held.append(replace(script, trust=Trust(found.method, told, belief, score, copied)))
+    pairs = zip(scripts, frames, strict=True)
+    held = [_held(story, closer, each, seen, found.method, told, copied) for each, seen in pairs]
     return Vouched(held, closer, paths, frames)
+
+
+def vouched_alone(story: TypedStory, world: World, script: Script, watch: Watch) -> Script:
+    """A script of which nothing is known yet, held against plans that are exact around it, where
+    those around all candidates take too long."""
+    trust = script.trust
+    if trust is None or trust.belief is not None:
+        return script
+    part = _around(story, world, [script], watch)
+    if part is None:
+        return script
+    closer, paths = part
+    (seen,) = replay_many(closer, paths)
+    return _held(story, closer, script, seen, trust.method, EXACT_AROUND, trust.copied)
+
+
+def _around(
+    story: TypedStory, world: World, scripts: Sequence[Script], watch: Watch
+) -> tuple[World, list[Trajectory]] | None:
+    """The part of a world around some scripts, planned exactly, and these in its numbers."""
+    shown = [script.shown().trajectory for script in scripts]
+    viewers = viewers_of(world.spec, story.observers)
+    part = kind_of(world.spec).around(world, viewers, shown, watch)
+    if part is None:
+        return None
+    lengths = [script.length for script in scripts]
+    return part[0], [cut(path, n) for path, n in zip(part[1], lengths, strict=True)]
+
+
+def _held(
+    story: TypedStory,
+    closer: World,
+    script: Script,
+    seen: Frame,
+    method: str,
+    told: str,
+    copied: Copied | None,
+) -> Script:
+    """A script with how far its own viewers are from those in a world planned more exactly."""
+    with np.errstate(all="ignore"):
+        score = float(score_script(story, closer, seen))
+    belief = float(apart(closer.vocabulary, script.assumption, script.frames, seen).max())
+    return replace(script, trust=Trust(method, told, belief, score, copied))
 
 
 def trust_in(spec: Spec) -> Trust | None:
