@@ -264,7 +264,8 @@ class GridSpec:
         """Whether arrangements are looked for among the valid ones, since a table of all would be
         long; what falls needs the table."""
         alike = math.prod(math.factorial(thing.count) for thing in self.things)
-        long = max(MOST_LISTED, 8 * alike * self.state_count)
+        # Of a limited world nobody knows how few states there are.
+        long = MOST_LISTED if self.is_limited else max(MOST_LISTED, 8 * alike * self.state_count)
         return not self.events and long < self.arrangement_count < 2**62
 
     @property
