@@ -39,8 +39,8 @@ def fields(
         "wall_sprite": list(builtin_sprites()),
         **{key: ["yes", "no"] for key in YES},
     }
-    sets = ("goals", "pushes", "pulls", "carries", "puts_down", "opened_by", "via", "misreads")
-    sets += ("drops",)
+    sets = {"goals", "pushes", "pulls", "carries", "puts_down", "opened_by", "via", "misreads"}
+    sets |= {"drops"}
 
     def field(key: str) -> dict[str, Any]:
         setting = words.settings.get(key)
