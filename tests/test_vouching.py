@@ -18,8 +18,9 @@ from i2pdsl.render.pictures import pictures_of
 from i2pdsl.results import Result
 from i2pdsl.scripts import Script, script_from
 from i2pdsl.search.candidates import TOLERANCE, faults
-from i2pdsl.vouching import error_in_copy, vouched, vouched_alone
+from i2pdsl.vouching import error_in_copy, trust_in, vouched, vouched_alone
 from i2pdsl.worlds.grid import around, method
+from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import steps_to
 from i2pdsl.worlds.grid.reduced import reduced
@@ -212,6 +213,20 @@ def test_what_is_nearer_to_exact_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = method.approximation(crowd)
     assert nothing.closer is None
     assert "exact plans would take" in nothing.closer_method
+
+
+def test_worlds_say_that_they_are_additive() -> None:
+    crowd = spec_of(CROWD)
+    exact = crowd.with_settings({"method": "exact"})
+    assert KIND.in_words(crowd)[-1] == "planned additively, 3 at once: beliefs are approximate"
+    assert KIND.in_words(exact) == KIND.in_words(crowd)[:-1]
+    told = KIND.as_json(crowd)
+    assert (told.pop("method"), told.pop("at_once")) == ("additive", 3)
+    assert told == KIND.as_json(exact)
+    trust = trust_in(crowd)
+    assert trust.is_trusted is None
+    assert trust.copied.mean == error_in_copy(*method.approximation(crowd).copy)[0] > 0
+    assert trust_in(exact) is None
 
 
 def test_copies_keep_goals_doors_and_ways() -> None:
