@@ -22,7 +22,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, check_query
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import Audience
+from i2pdsl.language.story import Audience, watching
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.many import evaluate_many
 from i2pdsl.objective.replay import replay_all
@@ -164,9 +164,9 @@ class _Ground:
         found = check_audience(source, words, self.module, self.audiences)
         return replace(self, audiences=found)
 
-    def world(self, watch: Watch | None) -> World:
-        observers = (observer for each in self.audiences for observer in each.observers)
-        return ready_world(self.spec, viewers_of(self.spec, tuple(observers)), watch)
+    def world(self, length: int, watch: Watch | None) -> World:
+        observers = watching((o for each in self.audiences for o in each.observers), length)
+        return ready_world(self.spec, viewers_of(self.spec, observers), watch)
 
 
 @dataclass
@@ -256,7 +256,7 @@ def _answer(
     heads, parts = [], []
     for audience, text in audiences.items():
         ground = group.ground.seen_by(text)
-        world = ground.world(watch)
+        world = ground.world(group.length, watch)
         checked = [_checked(ground, world, q, group.length, assume) for q in questions.values()]
         for question, query, value in zip(
             questions, checked, _values(world, group.paths, checked), strict=True

@@ -14,9 +14,10 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, TypedStory, check_query
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import USUAL, Audience, Requirement
+from i2pdsl.language.story import USUAL, Audience, Requirement, watching
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.appended import append_turns
+from i2pdsl.objective.effective import Effective, effective_of
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import unmet
@@ -144,9 +145,19 @@ class Script(Shown):
         frames = replay(self.world, path.states, path.actions)
         return replace(self, record=record, trajectory=path, frames=frames, appended=())
 
+    @property
+    def particles(self) -> tuple[Effective, ...]:
+        """How many particles count, of viewers who hold some hypotheses instead of all."""
+        return effective_of(self.audiences, self.frames)
+
+    @property
+    def few_particles(self) -> tuple[Diagnostic, ...]:
+        """Warnings where few of them count."""
+        return tuple(d for d in (each.warning() for each in self.particles) if d is not None)
+
     def check(self, expression: str, assume: str | None = None) -> TypedQuery:
-        """Checks a query. Raises StoryError."""
-        return check_query(
+        """Checks a query; it is also warned where few particles count. Raises StoryError."""
+        query = check_query(
             Source("query", expression),
             self.world.vocabulary,
             self.module,
@@ -155,6 +166,8 @@ class Script(Shown):
             None if assume is None else Source("assume", assume),
             self.audiences,
         )
+        asks = any(isinstance(node, ty.Belief) for node in ty.walk(query.value))
+        return replace(query, warnings=query.warnings + self.few_particles) if asks else query
 
     def seen_by(self, audience: str, watch: Watch | None = None) -> Script:
         """The script as other viewers see it: those of `audience` in the place of the story's.
@@ -166,7 +179,7 @@ class Script(Shown):
         """
         words, source = self.world.vocabulary, Source("audience", audience)
         found = check_audience(source, words, self.module, self.audiences)
-        observers = tuple(observer for each in found for observer in each.observers)
+        observers = watching((o for each in found for o in each.observers), self.length)
         world = ready_world(self.world.spec, viewers_of(self.world.spec, observers), watch)
         frames = replay(world, self.trajectory.states, self.trajectory.actions)
         return replace(self, world=world, frames=frames, audiences=found)

@@ -12,7 +12,7 @@ import reference
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
-from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.frame import Frame, first_belief, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from stories_for_tests import BARE
@@ -77,12 +77,12 @@ def fold_score(pair: Pair, text: str, frames: Frame) -> float:
     assert not objective.keeps_history
     tables, params = world.tables, objective.params
     carry = objective.init(tables, params, frames.state[0])
-    belief, frame = world.log_prior(tables), None
+    belief, frame = first_belief(world, tables), None
     for t in range(1, len(frames.state)):
         frame = observe(
             world, tables, np.asarray(t), frames.before[t], np.asarray(frames.action[t]), belief
         )
-        belief = frame.log_belief
+        belief = frame.belief
         carry = objective.step(tables, params, carry, frame)
     return float(objective.score(tables, params, carry, frame))
 

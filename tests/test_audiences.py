@@ -19,7 +19,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.objective.frame import observe
+from i2pdsl.objective.frame import first_belief, observe
 from i2pdsl.objective.panel import panel
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
@@ -153,14 +153,14 @@ def test_a_fold_and_a_replay_agree() -> None:
     tables, params = world.tables, compiled.params
     carry, belief, frame = (
         compiled.init(tables, params, frames.state[0]),
-        world.log_prior(tables),
+        first_belief(world, tables),
         None,
     )
     for t in range(1, LENGTH + 1):
         number = np.int64(t)
         frame = observe(world, tables, number, frames.before[t], frames.action[t], belief)
         with np.errstate(invalid="ignore"):  # of what is impossible, which counts for nothing
-            carry, belief = compiled.step(tables, params, carry, frame), frame.log_belief
+            carry, belief = compiled.step(tables, params, carry, frame), frame.belief
     with np.errstate(invalid="ignore"):
         expected = score_script(story, world, frames)
         assert float(compiled.score(tables, params, carry, frame)) == pytest.approx(expected)

@@ -305,15 +305,18 @@ def test_generated_tables_follow_the_code(document: Path) -> None:
 
 
 def test_examples_of_the_table_are_right() -> None:
-    kitchen = find_vocabulary("kitchen")
+    kitchen, farm = find_vocabulary("kitchen"), find_vocabulary("farm")
     assert kitchen is not None
+    assert farm is not None
     for word in (*FORMS, *FUNCTIONS.values()):
         example = word.example
         if word.name in ("script", "T", "++"):  # a script is no answer
             example = f"entropy({example})"
         if word.name in FUNCTIONS and word.name != "beats":  # which is a sum over t itself
             example = f"sum_t ({example})"
-        check_query(Source(word.name, example), kitchen, Module(Source("query", "")), 15)
+        # In the kitchen nobody is wrong about anything.
+        words = farm if word.name == "believes" else kitchen
+        check_query(Source(word.name, example), words, Module(Source("query", "")), 15)
 
 
 def test_every_dependency_is_explained() -> None:

@@ -21,7 +21,7 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.objective.frame import observe
+from i2pdsl.objective.frame import first_belief, observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.scripts import Script, script_of
@@ -232,12 +232,12 @@ def fold(story: TypedStory, script: Script, before: int = 0) -> float:
     world, objective = script.world, story_objective(story, script.world)
 
     def score(tables: Any, params: Any, state: Any, actions: Any) -> Any:
-        carry, belief = objective.init(tables, params, state), tables.log_prior
+        carry, belief = objective.init(tables, params, state), first_belief(world, tables)
         for t in range(len(actions)):
             number = jnp.asarray(before + t + 1)
             frame = observe(world, tables, number, state, actions[t], belief)
             carry = objective.step(tables, params, carry, frame)
-            state, belief = frame.state, frame.log_belief
+            state, belief = frame.state, frame.belief
         return objective.score(tables, params, carry, frame)
 
     with jax.enable_x64(True):

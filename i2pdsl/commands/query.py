@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,9 +59,14 @@ def query(
     show(checked.warnings)
     answer = script.answer(checked)
     if as_json:
-        output_json({"expr": expression, "t": answer.t, "value": answer.as_json()})
+        document = {"expr": expression, "t": answer.t, "value": answer.as_json()}
+        if script.particles:
+            document["particles"] = [asdict(each) for each in script.particles]
+        output_json(document)
     else:
         output(answer.in_words())
+        for each in script.particles:
+            output(each.words)
     return status
 
 

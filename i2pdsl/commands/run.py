@@ -189,7 +189,7 @@ def make(
         alike = " that differ visibly" if story.typed.vocabulary.enumerable else ""
         click.echo(f"{count} script{'s' * (count != 1)} found{alike}", err=True)
     show([requirement.missed() for requirement in found.unmet])
-    show(story.doubts(found.script))
+    show([*story.doubts(found.script), *found.script.few_particles])
     if found.script.trust is not None:
         click.echo(found.script.trust.in_words(), err=True)
     if wishes:
@@ -230,13 +230,16 @@ def keeping(story: Story, path: str, frames: list[int]) -> Story:
 
 def candidate(script: Script, judgement: Judgement, folder: Path) -> dict[str, Any]:
     """Writes a candidate's script into a folder; what `--json` tells of it."""
-    return {
+    told: dict[str, Any] = {
         "score": script.score,
         "script": str(script.save(folder / "script.json")),
         "panel": {"mean": judgement.mean, "worst": judgement.worst},
         "still": script.still,
         **({"trust": script.trust.as_json()} if script.trust is not None else {}),
     }
+    if script.particles:
+        told["particles"] = [asdict(each) for each in script.particles]
+    return told
 
 
 def wishes_in_words(wishes: tuple[Wish, ...]) -> str:
@@ -257,10 +260,14 @@ def wishes_in_words(wishes: tuple[Wish, ...]) -> str:
 
 def report(result: dict[str, Any]) -> None:
     """A result for people: where everything is."""
+    from i2pdsl.objective.effective import Effective
+
     for part in result["candidates"]:
         score = "unknown" if part["score"] is None else f"{part['score']:.6g}"
         mean, worst = part["panel"]["mean"], part["panel"]["worst"]
         told = f"panel {mean:.6g} (worst {worst:.6g}), still {100 * part['still']:.0f} %"
         output(f"{result['story']} (seed {result['seed']}): score {score}, {told}")
+        for each in part.get("particles", ()):
+            output(f"  {Effective(**each).words}")
         for path in (part["script"], *part["files"].values()):
             output(f"  {path}")

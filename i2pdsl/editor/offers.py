@@ -11,7 +11,7 @@ from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source
 from i2pdsl.language.check import known_worlds
 from i2pdsl.language.packed import SUFFIX
-from i2pdsl.language.settings import AUDIENCES, OF_VIEWERS, SEARCH_SETTINGS
+from i2pdsl.language.settings import AUDIENCES, OF_VIEWERS, PARTICLES, SEARCH_SETTINGS
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.story import Audience
 from i2pdsl.language.vocabulary import Setting
@@ -89,6 +89,7 @@ def _is_library(path: Path, around: Surroundings) -> bool:
 def _audiences(place: Place, _: Slot) -> Iterator[Offer]:
     about = {
         "bayesian": "viewers who reason by Bayes' rule",
+        "particles": "the same of viewers who hold some hypotheses instead of all",
         "average": "average(AUDIENCE, ...): several viewers, whose beliefs are averaged",
     }
     yield from (Offer(name, "audience", about.get(name, "")) for name in AUDIENCES)
@@ -127,9 +128,10 @@ def settings_of(owner: str, around: Surroundings) -> dict[str, Setting]:
         return {}
     if keyword == "world":
         return world.settings
-    if name != "bayesian":
+    if name not in ("bayesian", "particles"):
         return {}
-    return {**{k: world.settings[k] for k in world.observer_settings}, **OF_VIEWERS}
+    own = PARTICLES if name == "particles" else {}
+    return {**own, **{k: world.settings[k] for k in world.observer_settings}, **OF_VIEWERS}
 
 
 def shown_default(setting: Setting) -> str:

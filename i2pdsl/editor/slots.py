@@ -235,7 +235,7 @@ class Place:
         if name == "points":
             return Slot("point")
         if name in FUNCTIONS and FUNCTIONS[name].takes != "number":
-            return Slot(FUNCTIONS[name].takes)
+            return Slot(FUNCTIONS[name].argument(position))
         if name in FUNCTIONS:
             around = self._at(level - 1)
             return Slot("quantity" if around.kind in ("event", "quantity", "value") else "number")

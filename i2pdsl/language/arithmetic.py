@@ -162,7 +162,7 @@ class Arithmetic(Elaboration):
     def function(self, node: ast.Call, env: Env) -> Item:
         function = FUNCTIONS[node.callee.id]
         self.check_arity(node, env)
-        if function.takes != "number":
+        if function.gives != "number":
             message = f"`{function.name}` stands for latents, it is no number"
             raise self.blame("type", message, node, env, f"write `{function.example}`")
         values = self.each([lambda a=a: self.number(a.value, env) for a in node.arguments])  # type: ignore[misc]
@@ -176,8 +176,9 @@ class Arithmetic(Elaboration):
             count = f"{low}" if low == high else f"at least {low}"
             message = f"`{function.name}` takes {count} argument{'s' if low != 1 else ''}"
             raise self.fail("arguments", message, node.span, env, f"write `{function.signature}`")
-        for argument in node.arguments:
-            if argument.name is not None:
+        for number, argument in enumerate(node.arguments):
+            is_event = function.argument(number) == "event" and argument.comparison is not None
+            if argument.name is not None and not is_event:
                 message = f"`{function.name}` has no parameter `{argument.name.id}`"
                 hint = f"write `{function.signature}`"
                 raise self.fail("arguments", message, argument.span, env, hint)

@@ -333,7 +333,8 @@ class Beliefs(Frames):
     def others(self, node: ast.Call, env: Env) -> ty.Partition:
         """`others(event, ...)`: all latents together but those that the events are about."""
         self.check_arity(node, env)
-        events = self.each([lambda a=a: self.mask(a.value, env, "event") for a in node.arguments])  # type: ignore[misc]
+        told = [argument.comparison or argument.value for argument in node.arguments]
+        events = self.each([lambda n=n: self.mask(n, env, "event") for n in told])  # type: ignore[misc]
         about = {latent for event in events for latent in self.latents_of(event)}
         parts = [self.partition(x) for x in self.world.latents.values() if x.name not in about]
         values = [

@@ -13,10 +13,16 @@ from i2pdsl.language.forms import BELIEFS, BY_NAME, Word
 @dataclass(frozen=True)
 class Function(Word):
     """A function of numbers, as in mathematics, or of what it `takes` instead; `arity` is (fewest,
-    most) arguments."""
+    most) arguments. `first` is what the first of them is, if not that; `gives` is what it is."""
 
     arity: tuple[int, int] = (1, 1)
     takes: str = "number"
+    first: str = ""
+    gives: str = "number"
+
+    def argument(self, number: int) -> str:
+        """What one of the arguments is, from 0."""
+        return self.first or self.takes if number == 0 else self.takes
 
 
 def _function(
@@ -58,6 +64,18 @@ FUNCTIONS: dict[str, Function] = {
             "KL(others(rho > 0); script[:T-1] || script[:T])",
             (1, 99),
             "event",
+            gives="latents",
+        ),
+        Function(
+            "believes",
+            "believes(who, event)",
+            "the event that somebody takes an event for true: of what another wants, or "
+            "`at(object, tile)` of where something is",
+            "P(believes(dog, G_duck = pond) | script[:T])",
+            (2, 2),
+            "event",
+            first="character",
+            gives="event",
         ),
     )
 }

@@ -26,6 +26,8 @@ class Calls(Beliefs):
             return self.points(node, env)
         if name == "beats":
             return self.beats(node, env)
+        if name == "believes":
+            return self.believes(node, env)
         if name in FUNCTIONS:
             return self.function(node, env)
         if found is not None or name in env.names:

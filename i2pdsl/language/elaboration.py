@@ -112,6 +112,7 @@ class Elaboration:
         self.lets: dict[Any, _Known] = {}
         self.time_missed = False  # whether a `t` outside a sum was reported in this expression
         self.moment: ty.Moment | None = None  # the frame of the enclosing [... @ script[k]]
+        self.believer: str | None = None  # within whose `believes(who, ...)` one is
         self.places: dict[int, tuple[ty.Typed, Span, Env]] = {}  # where operations were written
 
     # Reporting.
@@ -278,6 +279,7 @@ class Elaboration:
                 return self.item(ast.Call(node.span, node, ()), env)
             return self.let(node, found.item, found.module, env)
         if name in self.world.latents:
+            name = self.as_seen(name)
             latent = self.world.latents[name]
             kind = latent.kind if env.inside in BELIEVED else "symbol"
             return Item(kind, ty.LatentValue(name), latent)
@@ -285,10 +287,15 @@ class Elaboration:
             return Item("number", ty.Constant(math.pi))
         raise self.unknown_name(node, env)
 
+    def as_seen(self, name: str) -> str:
+        """The latent that a name means, or what the believer at hand takes that for."""
+        readings = self.world.readings.get(self.believer, {}) if self.believer else {}
+        return readings.get(name, name)
+
     def let(self, node: ast.Name, let: ast.Let, module: Module, env: Env) -> Item:
         """What a `let` stands for: looked at once for all the places where it means the same."""
         is_summed = env.sum_span is not None
-        place = (env.times, is_summed, env.after_sum, env.inside, self.assumption)
+        place = (env.times, is_summed, env.after_sum, env.inside, self.assumption, self.believer)
         is_plain = env.reached is None and self.moment is None
         key = (id(let), id(self.world), self.length, self.weight, *place) if is_plain else None
         known = self.lets.get(key) if key is not None else None
@@ -388,7 +395,7 @@ class Elaboration:
         """The latent that an expression names, if it is nothing but a latent's name."""
         node, env = self.strip(node, env)
         if isinstance(node, ast.Name) and env.module.find(node.id) is None:
-            return self.world.latents.get(node.id)
+            return self.world.latents.get(self.as_seen(node.id))
         return None
 
     def is_unknown(self, node: ast.Expr, env: Env) -> bool:

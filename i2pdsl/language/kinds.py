@@ -193,8 +193,9 @@ class Inference:
                     kind = self.result(found.item, found.module, depth + 1)
                     over = kind == "number" and isinstance(node, ast.Call)
                     return self.over_time(node, module, own) if over else kind
-                if name in FUNCTIONS and FUNCTIONS[name].takes == "number":
-                    return self.over_time(node, module, own)
+                gives = FUNCTIONS[name].gives if name in FUNCTIONS else ""
+                if gives in ("number", "event"):
+                    return gives if gives == "event" else self.over_time(node, module, own)
                 return "predicate" if isinstance(node, ast.Call) else "any"
         if isinstance(node, ast.Ever):
             return "number" if node.word == "when" else "event"
@@ -328,8 +329,8 @@ class _Roles:
         if found is not None and isinstance(found.item, ast.Pattern):
             kinds = self.inference.kinds(found.item, found.module)
         function = FUNCTIONS.get(node.callee.id) if found is None else None
-        usual = function.takes if function is not None else "any"
-        for name, value in arguments.items():
+        for number, (name, value) in enumerate(arguments.items()):
+            usual = function.argument(number) if function is not None else "any"
             kind = kinds.get(name, usual)
             self.visit(value, kind, "event" if kind in ("event", "latent") else inside)
 

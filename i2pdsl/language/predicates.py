@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from i2pdsl.errors import did_you_mean
+from i2pdsl.errors import did_you_mean, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.arithmetic import Arithmetic
-from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item
+from i2pdsl.language.elaboration import BELIEVED, INSIDE, ITEMS_IN_WORDS, Item
 from i2pdsl.language.scope import Env
 from i2pdsl.language.vocabulary import Predicate
 
@@ -74,6 +74,8 @@ class Predicates(Arithmetic):
     def predicate(self, node: ast.Call, env: Env) -> Item:
         predicate = self.world.predicates[node.callee.id]
         shown = f"{predicate.name}({', '.join(predicate.parameters)})"
+        if self.believer is not None and env.inside in BELIEVED and predicate.name == "at":
+            return self.supposed(node, env)
         if env.inside not in ("frame", "start"):
             hint = f"write `[{predicate.name}(...) @ script[t]]`"
             message = f"`{predicate.name}` is asked of a frame"
@@ -99,6 +101,51 @@ class Predicates(Arithmetic):
         moment = self.moment if env.inside == "frame" else None
         kind = "number" if predicate.is_number else "truth"
         return Item(kind, ty.Feature(predicate.name, tuple(arguments), moment))
+
+    def believes(self, node: ast.Call, env: Env) -> Item:
+        """`believes(who, event)`: an event about what somebody takes for true."""
+        self.check_arity(node, env)
+        who, event = (argument.comparison or argument.value for argument in node.arguments)
+        name = self.world.characters[self.character(who, env)]
+        readings = self.world.readings.get(name, {})
+        message = hint = None
+        if env.inside not in BELIEVED:
+            message = "what somebody believes is hidden from viewers"
+            hint = f"ask what they think of it: `P({shorten(node.span.text)} | script[:t])`"
+        elif self.believer is not None:
+            message = "nobody believes something about what another believes"
+        elif not readings:
+            message = f"`{name}` is never wrong, so viewers do not wonder what it believes"
+            hint = (
+                "whoever may be wrong has `misreads = WHO` or `supposes = {OBJECT: {TILE, TILE}}`"
+            )
+            hint += " in the world"
+        if message is not None:
+            raise self.fail("event", message, node.span, env, hint)
+        self.believer = name
+        try:
+            value = self.truth(event, env)
+        finally:
+            self.believer = None
+        asked = {part.latent for part in ty.walk(value) if isinstance(part, ty.LatentValue)}
+        if not asked & {*readings.values()}:
+            known = ", ".join(f"`{what}`" for what in readings)
+            message = f"`{name}` cannot be wrong about this"
+            raise self.blame("event", message, event, env, f"it may be wrong about {known}")
+        return Item("truth", value)
+
+    def supposed(self, node: ast.Call, env: Env) -> Item:
+        """`at(object, tile)` inside `believes`: where the believer takes something to be."""
+        assert self.believer is not None
+        readings = self.world.readings[self.believer]
+        things = [name for name in readings if name in self.world.things]
+        if len(node.arguments) != 2:
+            hint = "write `at(object, tile)`"
+            raise self.fail("arguments", "`at` takes 2 arguments", node.span, env, hint)
+        first, place = (argument.value for argument in node.arguments)
+        latent = self.world.latents[readings[self.named(first, env, things, "object")]]
+        symbol = ty.Symbol(self.symbol(latent, place, env))
+        return Item("truth", ty.Apply("equal", (ty.LatentValue(latent.name), symbol)))
 
     def feature_argument(self, predicate: Predicate, kind: str, node: ast.Expr, env: Env) -> Any:
         if kind == "place":

@@ -15,11 +15,11 @@ from i2pdsl.language.people import read_people
 from i2pdsl.language.priors import fitted
 from i2pdsl.language.scope import Env
 from i2pdsl.language.shares import CONTRADICTION, OTHERS, WHY_NONE, Told, shares_of
-from i2pdsl.language.story import Observer, SearchPlan
+from i2pdsl.language.story import Observer, Particles, SearchPlan
 from i2pdsl.language.vocabulary import Latent, Setting, SettingValue, Value, show_value
 from i2pdsl.language.vocabulary import Settings as Values
 
-AUDIENCES = ("bayesian", "average")
+AUDIENCES = ("bayesian", "particles", "average")
 OF_VIEWERS = {
     "sharpness": Setting(
         "sharpness",
@@ -38,6 +38,7 @@ OF_VIEWERS = {
 }
 """What a viewer may have besides the settings of the world."""
 LONGEST_STORY = 100_000
+_OF_PARTICLES = Particles()
 MOST_LENGTHS = 24  # that a search chooses from: each is searched
 
 
@@ -50,6 +51,17 @@ def _between(name: str, default: float, about: str, low: float, high: float) -> 
     accepts = lambda x: low <= x <= high
     return Setting(name, default, about, (), f"between {low:g} and {high:g}", accepts)
 
+
+PARTICLES = {
+    s.name: s
+    for s in (
+        _whole("count", _OF_PARTICLES.count, "hypotheses that a viewer holds", 1, 100_000),
+        _whole("seed", _OF_PARTICLES.seed, "of all that chance decides", 0, 2**32 - 1),
+        _whole("moves", _OF_PARTICLES.moves, "sweeps after they were drawn anew", 0, 100),
+        _between("least", _OF_PARTICLES.least, "share that must count, else new ones", 0.0, 1.0),
+    )
+}
+"""What a viewer has who holds some hypotheses instead of all."""
 
 _PLAN = SearchPlan()
 _NOISE = _between("noise", _PLAN.noise, "spread of chance changes of the actuation", 0.0, 10.0)
@@ -174,6 +186,8 @@ class Settings:
             return self.people(name, arguments, folder)
         if name.id == "bayesian":
             return (self.observer(arguments),)
+        if name.id == "particles":
+            return (self.with_particles(name, arguments),)
         if name.id == "average":
             example = "write `average(bayesian(beta = 1), bayesian(beta = 2))`"
             found: list[Observer] = []
@@ -218,7 +232,25 @@ class Settings:
             self.elaborator.report(Diagnostic("audience", message, name.span, severity="warning"))
         return tuple(person.observer(words) for person in people)
 
-    def observer(self, arguments: tuple[ast.Argument, ...]) -> Observer:
+    def with_particles(self, name: ast.Name, arguments: tuple[ast.Argument, ...]) -> Observer:
+        """A viewer who holds some hypotheses instead of all."""
+        words = self.elaborator.world
+        own = [a for a in arguments if a.name is not None and a.name.id in PARTICLES]
+        values = dict(self.read(tuple(own), PARTICLES, "audience particles"))
+        rest = tuple(a for a in arguments if a not in own)
+        observer = self.observer(rest, "audience particles", PARTICLES)
+        if not words.enumerable:
+            message = f"{words.where} all hypotheses are held: there are few of them"
+            self.problem("audience", message, name.span, "write `bayesian`")
+        told = {k: v if k == "least" else int(v) for k, v in values.items()}  # type: ignore[arg-type]
+        return replace(observer, particles=Particles(**told))  # type: ignore[arg-type]
+
+    def observer(
+        self,
+        arguments: tuple[ast.Argument, ...],
+        owner: str = "audience bayesian",
+        more: dict[str, Setting] | None = None,
+    ) -> Observer:
         world = self.elaborator.world.settings
         known = {k: world[k] for k in self.elaborator.world.observer_settings}
         known |= OF_VIEWERS
@@ -233,7 +265,7 @@ class Settings:
             elif own.setdefault(name, argument) is not argument:
                 note = Note("the first one", own[name].span)
                 self.problem("duplicate", f"`{name}` is given twice", argument.span, None, note)
-        settings = self.read(tuple(others), known, "audience bayesian")
+        settings = self.read(tuple(others), known | (more or {}), owner)
         prior = self.prior(own["prior"].value) if "prior" in own else None
         if shares:
             prior = self.with_shares(prior, shares)

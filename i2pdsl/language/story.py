@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
@@ -16,15 +16,47 @@ from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
 
 @dataclass(frozen=True)
+class Particles:
+    """How a viewer holds some hypotheses instead of all: `particles(count = 200)`.
+
+    Attributes:
+        count: how many.
+        seed: of all that chance decides.
+        moves: sweeps of Metropolis steps after they were drawn anew.
+        least: the share of them below whose effective number they are drawn anew.
+        frames: how many there may be to watch.
+    """
+
+    count: int = 200
+    seed: int = 0
+    moves: int = 4
+    least: float = 0.5
+    frames: int = 128
+
+
+@dataclass(frozen=True)
 class Observer:
     """One simulated viewer: the world's settings replaced, a prior weight per hypothesis, the
-    hypotheses that are left by what he knows, where he knows anything, and how much sharper than
-    they are he expects choices to be."""
+    hypotheses that are left by what he knows, where he knows anything, how much sharper than
+    they are he expects choices to be, and the particles that he holds, where he does."""
 
     settings: Settings = ()
     prior: tuple[float, ...] | None = None
     known: ty.Mask | None = None
     sharpness: float = 1.0
+    particles: Particles | None = None
+
+
+FRAMES_MORE = 16  # that a script may be watched beyond its length: appended turns
+
+
+def watching(observers: Iterable[Observer], frames: int) -> tuple[Observer, ...]:
+    """Observers who are ready for so many frames, and some that are appended."""
+    size = -(-(frames + FRAMES_MORE) // FRAMES_MORE) * FRAMES_MORE
+    return tuple(
+        replace(each, particles=replace(each.particles, frames=size)) if each.particles else each
+        for each in observers
+    )
 
 
 VIEWERS = "viewers"  # the name of the audience that needs none
@@ -210,7 +242,8 @@ class TypedStory:
     @property
     def observers(self) -> tuple[Observer, ...]:
         """Those of all audiences, one after the other."""
-        return tuple(observer for audience in self.audiences for observer in audience.observers)
+        every = (observer for audience in self.audiences for observer in audience.observers)
+        return watching(every, self.room)
 
     @property
     def viewers(self) -> ty.Viewers | None:

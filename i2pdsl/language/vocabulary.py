@@ -138,6 +138,8 @@ class Vocabulary:
         limited_to: the actions of each character that has not all of them.
         preposition: what stands before its name: a story happens `in the` kitchen.
         shares: what viewers think of a latent's values at first, latent by latent.
+        readings: for each character who may be wrong, what it may be wrong about, a latent or an
+            object, and the latent that holds what it takes that to be, or where.
     """
 
     world: str
@@ -168,6 +170,7 @@ class Vocabulary:
     preposition: str = "in the"
     documentation: str = ""
     shares: Shares = field(default_factory=dict)
+    readings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @cached_property
     def prior(self) -> tuple[float, ...] | None:

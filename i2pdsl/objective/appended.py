@@ -57,8 +57,7 @@ def append_turns(
         if rows:
             known = tuple(rows[i][current.state, u] for u in range(rows[i].shape[1]))
         number = current.number + 1
-        log_belief, share = current.belief
-        current = observe(world, tables, number, current.state, action, log_belief, known, share)
+        current = observe(world, tables, number, current.state, action, current.belief, known)
         possible = possible & allowed
         found.append((current, possible))
     return found

@@ -23,7 +23,14 @@ from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.beats import begun, best, further, through
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history, terms_of
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
-from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
+from i2pdsl.objective.frame import (
+    EndScope,
+    Frame,
+    HistoryScope,
+    StartScope,
+    StepScope,
+    first_belief,
+)
 from i2pdsl.objective.held import HeldScope, held_history
 from i2pdsl.objective.pins import Pins, broken, still_to_break
 from i2pdsl.objective.requirements import VIOLATION
@@ -323,7 +330,7 @@ def _init(
     pinned: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
-        prior = world.log_prior(tables)
+        prior = first_belief(world, tables).log
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)

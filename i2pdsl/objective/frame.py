@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from i2pdsl.audience import particles
 from i2pdsl.audience.filter import Switching, update, updated_share
+from i2pdsl.audience.particles import Swarm, SwarmTables
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language import typed as ty
 from i2pdsl.language.story import default_assumption
@@ -29,6 +31,7 @@ class Frame(NamedTuple):
             E[max_a log P(a | H) - log P(observed | H)] over what was observed, where everybody is
             rational: [..., O]; 0 where nobody asks.
         shares: the beliefs as probabilities, where they are held so (search/rollout.py).
+        swarms: the particles of those who hold some, in the end; () where they are not asked for.
     """
 
     number: Array
@@ -41,6 +44,7 @@ class Frame(NamedTuple):
     log_rows: Array
     regret: Array
     shares: Shares | None = None
+    swarms: tuple[Swarm, ...] = ()
 
     @property
     def log_afterwards(self) -> Array:
@@ -57,15 +61,20 @@ class Frame(NamedTuple):
     @property
     def belief(self) -> Belief:
         """What viewers believe after it."""
-        return Belief(self.log_belief, None if self.shares is None else self.shares.belief)
+        share = None if self.shares is None else self.shares.belief
+        return Belief(self.log_belief, share, self.swarms)
 
     def each(self, change: Callable[..., Array], *others: Frame) -> Frame:
         """The frame with each of its arrays changed, given the same ones of others."""
-        parts = zip(self[:-1], *(other[:-1] for other in others), strict=True)
+        parts = zip(self[:-2], *(other[:-2] for other in others), strict=True)
         held = [frame.shares for frame in (self, *others) if frame.shares is not None]
         changed: Any = [change(*part) for part in parts]
         shares = [change(*part) for part in zip(*held, strict=True)]
-        return Frame(*changed)._replace(shares=Shares(*shares) if shares else None)
+        swarms = zip(self.swarms, *(other.swarms for other in others), strict=False)
+        return Frame(*changed)._replace(
+            shares=Shares(*shares) if shares else None,
+            swarms=tuple(swarm.each(change, *more) for swarm, *more in swarms),
+        )
 
     def of(self, viewers: ty.Viewers | None) -> Frame:
         """The frame as some of the observers see it; as all of them without."""
@@ -92,10 +101,45 @@ class Shares(NamedTuple):
 
 
 class Belief(NamedTuple):
-    """log P(H), [..., O, H]; and P(H), where it is held so."""
+    """log P(H), [..., O, H]; P(H), where it is held so; and the particles of those who hold some
+    instead, one swarm for each."""
 
     log: Array
     share: Array | None = None
+    swarms: tuple[Swarm, ...] = ()
+
+    def shown(self, tables: Sequence[SwarmTables | None]) -> Belief:
+        """The belief with that of particles in the place of each observer who holds some."""
+        if not self.swarms:
+            return self
+        beliefs = map(particles.belief, _of_swarms(tables), self.swarms)
+        own = {o: next(beliefs) for o, each in enumerate(tables) if each is not None}
+        xp = self.log.__array_namespace__()
+        of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
+        return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
+
+    def seeing(
+        self,
+        u: int,
+        row: Array,
+        forgetting: Array,
+        switching: Switching | None,
+        tables: Sequence[SwarmTables | None],
+    ) -> Belief:
+        """Once the u-th action of a frame was observed; see filter.update, particles.seen_by."""
+        if not self.swarms:
+            return self.after(row, forgetting, switching)
+        which = [o for o, each in enumerate(tables) if each is not None]
+        swarms = tuple(
+            particles.seen_by(each, swarm, u, row[..., o, :])
+            for o, each, swarm in zip(which, _of_swarms(tables), self.swarms, strict=True)
+        )
+        return self.after(row, forgetting, switching)._replace(swarms=swarms).shown(tables)
+
+    def over(self, tables: Sequence[SwarmTables | None]) -> Belief:
+        """The belief when a frame is over: particles are drawn anew where few count."""
+        swarms = map(particles.after_frame, _of_swarms(tables), self.swarms)
+        return self._replace(swarms=tuple(swarms))
 
     def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
         """Once an action was observed; see filter.update."""
@@ -111,13 +155,33 @@ class Belief(NamedTuple):
         return each_expects(self.log, regret, rational, self.share)
 
     def where(self, seen: Array, other: Belief) -> Belief:
-        """The belief where something was seen, else the other."""
-        return self.map(lambda mine, its: mine.__array_namespace__().where(seen, mine, its), other)
+        """The belief where something was seen, [...], else the other."""
+
+        def chosen(mine: Array, its: Array) -> Array:
+            there = seen.reshape(*seen.shape, *(1,) * (mine.ndim - seen.ndim))
+            return mine.__array_namespace__().where(there, mine, its)
+
+        swarms = zip(self.swarms, other.swarms, strict=True)
+        return self.map(chosen, other)._replace(
+            swarms=tuple(mine.each(chosen, its) for mine, its in swarms)
+        )
 
     def map(self, change: Callable[..., Array], *others: Belief) -> Belief:
-        """The belief with its arrays changed, given those of others."""
-        parts = zip(self, *others, strict=True)
-        return Belief(*(None if part[0] is None else change(*part) for part in parts))
+        """The belief with its arrays changed, given those of others; without particles."""
+        parts = zip(self[:2], *(other[:2] for other in others), strict=True)
+        log, share = (None if part[0] is None else change(*part) for part in parts)
+        return Belief(log, share)
+
+
+def _of_swarms(tables: Sequence[SwarmTables | None]) -> list[SwarmTables]:
+    return [each for each in tables if each is not None]
+
+
+def first_belief(world: World, tables: Any, share: Array | None = None) -> Belief:
+    """What viewers believe before anything moved."""
+    given = world.swarms(tables)
+    swarms = tuple(map(particles.begun, _of_swarms(given)))
+    return Belief(world.log_prior(tables), share, swarms).shown(given)
 
 
 def observe(
@@ -126,40 +190,43 @@ def observe(
     number: Array,
     state: Array,
     action: Array,
-    log_belief: Array,
+    belief: Belief,
     rows: tuple[Array, ...] | None = None,
-    share: Array | None = None,
 ) -> Frame:
     """The frame that an action makes from a state and a belief: the audience's one step.
 
     `rows` are the log-likelihoods of the observed actions of an appended turn, if they are known
-    already: its regrets count for nothing. `share` is the belief, where it is held so.
+    already: its regrets count for nothing.
     """
-    xp = log_belief.__array_namespace__()
+    xp, previous, given = belief.log.__array_namespace__(), belief, world.swarms(tables)
     best: tuple[Array, ...] = ()
     if rows:
         after = world.transition(tables, state, action)
     else:
         after, rows, best = world.outcome(tables, state, action)
-    seen = world.is_observed(action)[..., None, None]
-    belief, expecting = Belief(log_belief, share), []
-    regret = xp.zeros(log_belief.shape[:-1], log_belief.dtype)
+    seen, expecting = world.is_observed(action), []
+    regret = xp.zeros(belief.log.shape[:-1], belief.log.dtype)
+    belief = belief.shown(given)
     for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
         expecting.append(belief)
-        belief = belief.after(row, world.forgetting(tables), switching).where(seen, belief)
+        after_it = belief.seeing(u, row, world.forgetting(tables), switching, given)
+        belief = after_it.where(seen, belief)
         if best:
             regret = regret + belief.regret(world, best[u] - row)
+    if belief.swarms:
+        belief = belief.over(given).where(seen, belief)
     return Frame(
         number,
         state,
         action,
         after,
-        log_belief,
+        previous.log,
         belief.log,
         xp.stack([each.log for each in expecting], axis=-3),
         xp.stack(rows, axis=-3),
         regret,
-        shares_of(Belief(log_belief, share), belief, expecting),
+        shares_of(previous, belief, expecting),
+        belief.swarms,
     )
 
 
@@ -198,7 +265,7 @@ class View:
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    log_belief, share = frame.belief
+    log_belief, share, _ = frame.belief
     if moment.seen is not None:
         log_belief = frame.log_expecting[..., moment.seen, :, :]
         if frame.shares is not None:
@@ -252,8 +319,7 @@ class StartScope:
 
 def prior_view(scope: Any, state: Array, exists: Array | bool = True) -> View:
     """The moment before anything moved."""
-    belief = scope.world.log_prior(scope.tables)
-    return View(belief, state, None, exists)
+    return View(first_belief(scope.world, scope.tables).log, state, None, exists)
 
 
 class EndScope:

@@ -35,7 +35,7 @@ class HeldScope:
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        log_belief, share = self.frame.belief
+        log_belief, share, _ = self.frame.belief
         return View(log_belief, self.frame.state, self.frame, True, share)
 
 

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.filter import update
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.frame import Belief, Frame
+from i2pdsl.objective.frame import Belief, Frame, first_belief
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 
@@ -89,18 +88,24 @@ def replay_all(
         rows = tuple(row[:, None][:, :0] for row in still)
     seen = world.is_observed(actions)
     forgetting = world.forgetting(tables)
-    prior = world.log_prior(tables)
-    belief = np.broadcast_to(prior, (count, *prior.shape))
-    beliefs, expecting = [belief], [np.stack([np.zeros_like(belief)] * len(rows), axis=1)]
+    given, prior = world.swarms(tables), world.log_prior(tables)
+    many = lambda part: np.broadcast_to(part, (count, *np.shape(part)))
+    start = first_belief(world, tables)
+    belief = start.map(many)._replace(swarms=tuple(s.each(many) for s in start.swarms))
+    found, expecting = [belief], [np.stack([np.zeros_like(belief.log)] * len(rows), axis=1)]
     for t in range(length):
-        earlier = []
-        for row, switching in zip(rows, world.switching(tables), strict=True):
-            earlier.append(belief)
-            if seen[:, t].any():
-                updated = update(belief, row[:, t], forgetting, switching)
-                belief = np.where(seen[:, t, None, None], updated, belief)
-        beliefs.append(belief)
+        earlier, happens = [], seen[:, t]
+        belief = belief.shown(given)
+        for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
+            earlier.append(belief.log)
+            if happens.any():
+                updated = belief.seeing(u, row[:, t], forgetting, switching, given)
+                belief = updated.where(happens, belief)
+        if belief.swarms:
+            belief = belief.over(given).where(happens, belief)
+        found.append(belief)
         expecting.append(np.stack(earlier, axis=1))
+    beliefs = [each.log for each in found]
     likelihoods = np.stack(rows, axis=2)
     nothing = np.zeros((count, 1, *likelihoods.shape[2:]))
     odd = np.zeros((count, length + 1, *prior.shape[:-1]))
@@ -114,6 +119,10 @@ def replay_all(
         log_expecting=np.stack(expecting, axis=1),
         log_rows=np.concatenate([nothing, likelihoods], axis=1),
         regret=odd,
+        swarms=tuple(
+            parts[0].each(lambda *part: np.stack(part, axis=1), *parts[1:])
+            for parts in zip(*(each.swarms for each in found), strict=True)
+        ),
     )
     if best:
         seen_by = Belief(frames.log_afterwards[:, 1:])

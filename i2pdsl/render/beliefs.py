@@ -15,12 +15,14 @@ from i2pdsl.render.focus import in_words
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hypotheses import (
+    NOWHERE,
     Attitude,
     Minded,
     attitudes_of,
     goal_of,
     rationality_of,
     reading_of,
+    via_of,
 )
 
 # For values that the palette does not name; dashes and labels tell them apart too.
@@ -85,6 +87,20 @@ class Beliefs:
             for other in c.misreads
         }
 
+    @property
+    def _ways(self) -> dict[str, str]:
+        """Who may want to have been somewhere first, by latent."""
+        return {via_of(c.name): c.name for c in self.cast.characters if c.via}
+
+    @property
+    def _places(self) -> dict[str, tuple[str, str]]:
+        """Who takes which thing to be somewhere, by latent."""
+        return {
+            reading_of(c.name, thing): (c.name, thing)
+            for c in self.cast.characters
+            for thing, _ in c.supposes
+        }
+
     def sentence(self, event: Claims, condition: Claims) -> tuple[str, str]:
         """An event's name, and what those think who believe it.
 
@@ -113,6 +129,10 @@ class Beliefs:
         if latent in self._readings:
             reader, other = self._readings[latent]
             return f"{reader} takes {other}: {named}"
+        if latent in self._ways:
+            return f"{self._ways[latent]} by: {named}"
+        if latent in self._places:
+            return f"{' supposes '.join(self._places[latent])}: {named}"
         return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
 
     def _one(self, latent: str, values: Sequence[Value]) -> str:
@@ -123,6 +143,13 @@ class Beliefs:
         if latent in self._readings:
             who, other = self._readings[latent]
             return f"{who} takes it that {self.goal(other, [str(v) for v in values])}"
+        if latent in self._ways:
+            who, named = self._ways[latent], " or ".join(map(show_value, values))
+            told = "straight to what it wants" if named == NOWHERE else f"by {named} first"
+            return f"{who} wants to go {told}"
+        if latent in self._places:
+            who, thing = self._places[latent]
+            return f"{who} takes {thing} to be at {' or '.join(map(show_value, values))}"
         for c in self.cast.characters:
             if latent == goal_of(c.name):
                 return self.goal(c.name, [str(v) for v in values])
@@ -158,6 +185,18 @@ class Beliefs:
                 for s in _all(curves)
             )
             title = f"what {who} takes {other} to want"
+            yield Panel(title, "probability", series, "probability", latent, title)
+        asked = {
+            latent: f"where {who} takes {it} to be" for latent, (who, it) in self._places.items()
+        }
+        asked |= {latent: f"which way {who} wants to go" for latent, who in self._ways.items()}
+        for latent, title in asked.items():
+            places = [str(v) for v in script.world.vocabulary.latents[latent].values]
+            curves = _most(places, script.query(f"P({latent} | script[:t])").T)
+            series = tuple(
+                replace(s, claim=self._one(latent, [s.label])) if s.label in places else s
+                for s in _all(curves)
+            )
             yield Panel(title, "probability", series, "probability", latent, title)
 
     def _attitudes(self, script: Script) -> Iterable[Panel]:

@@ -114,7 +114,8 @@ class Session(Desk):
             answer, warnings = self.asked(text, text, 0)
         except StoryError as problem:
             raise misspelt_command(problem, text, every_word(self.state)) from None
-        said = () if answer.t is None or answer.t else (NO_FRAMES,)
+        said: tuple[str, ...] = () if answer.t is None or answer.t else (NO_FRAMES,)
+        said += tuple(each.words for each in self.workshop.script(self).particles)
         return Reply((Asked(answer),), said, warnings)
 
     def asked(self, text: str, line: str, offset: int) -> tuple[Answer, tuple[Diagnostic, ...]]:

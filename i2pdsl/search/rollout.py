@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Belief, Frame, observe, shares_of
+from i2pdsl.objective.frame import Belief, Frame, first_belief, observe, shares_of
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World, single_precision
@@ -33,7 +33,7 @@ def root(world: World, objective: Objective, tables: Any, params: Any, state: Ar
     prior = world.log_prior(tables)
     # A history of frames would double with them.
     share = jnp.exp(prior) if world.keeps_doubt and not objective.keeps_history else None
-    belief = Belief(prior, share)
+    belief = first_belief(world, tables, share)
     zero = jnp.zeros((), prior.dtype)
     carry = objective.init(tables, params, state)
     none = jnp.zeros((), jnp.int32) if params.before is None else params.before
@@ -50,18 +50,24 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
     flat = (turns.state.shape[-1], *observers)
     whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
-    belief = node.belief.map(lambda part: part[(None,) * (len(full) - 2)])
+    lifted = lambda part: part[(None,) * (len(full) - 2)]
+    given = world.swarms(tables)
+    belief = node.belief.map(lifted)._replace(swarms=node.belief.swarms).shown(given)
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
     changes = world.switching(tables)
     for who, row in enumerate(turns.log_rows):
         expecting.append(belief.map(whole))
         rows.append(whole(row))
-        belief = belief.after(row, world.forgetting(tables), changes[who])
+        belief = belief.seeing(who, row, world.forgetting(tables), changes[who], given)
         best = row.max(axis=who - len(full), keepdims=True)  # all actions are among the branches
         regret += belief.regret(world, best - row)
     count = flat[0]
-    previous, after = expecting[0], belief.map(whole)
+    previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
+    swarms = tuple(
+        swarm.each(lambda part, own: _of_turns(part, own, full[:-2]), first)
+        for swarm, first in zip(belief.swarms, node.belief.swarms, strict=True)
+    )
     frame = Frame(
         jnp.full((count,), node.number + 1),
         jnp.full((count,), node.state),
@@ -73,6 +79,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         jnp.stack(rows, axis=1),
         regret.reshape(flat[:-1]),
         shares_of(previous, after, expecting),
+        after._replace(swarms=swarms).over(given).swarms,
     )
     if not events:
         return frame, turns.valid
@@ -92,9 +99,21 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         rows_,
         jnp.zeros(rows_.shape[::2], rows_.dtype),
         shares_of(still, still, [still] * len(rows)),
+        tuple(
+            swarm.each(lambda part: jnp.broadcast_to(part, (len(number), *part.shape)))
+            for swarm in node.belief.swarms
+        ),
     )
     joined = frame.each(lambda a, b: jnp.concatenate([a, b]), dropped)
     return joined, jnp.concatenate([turns.valid, possible[number]])
+
+
+def _of_turns(part: Array, first: Array, turns: tuple[int, ...]) -> Array:
+    """What a swarm has after each turn, [K, ...], of what it has before any."""
+    own = first.shape
+    lead = part.shape[: part.ndim - len(own)]
+    part = part.reshape(*(1,) * (len(turns) - len(lead)), *part.shape)
+    return jnp.broadcast_to(part, (*turns, *own)).reshape(-1, *own)
 
 
 def scores(
@@ -123,8 +142,7 @@ def follow(
     world: World, objective: Objective, tables: Any, params: Any, node: Node, action: Array
 ) -> tuple[Node, Frame]:
     """One frame further: the audience sees it, the objective's fold takes it in."""
-    given = (node.number + 1, node.state, action, node.belief.log)
-    frame = observe(world, tables, *given, share=node.belief.share)
+    frame = observe(world, tables, node.number + 1, node.state, action, node.belief)
     carry = objective.step(tables, params, node.carry, frame)
     return Node(frame.number, frame.state, frame.belief, carry, node.score), frame
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Protocol
+from typing import Any, Protocol
 
 from i2pdsl.language.vocabulary import Latent
 
@@ -53,10 +53,40 @@ class Minded(Protocol):
     def misreads(self) -> tuple[str, ...]:
         """Of whom it may be wrong about what they want."""
 
+    @property
+    def supposes(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The things that it may want without knowing where they are, and the places where it may
+        take each to be."""
+
+    @property
+    def via(self) -> tuple[str, ...]:
+        """Places on one of which it may want to have been before."""
+
 
 def reading_of(name: str, other: str) -> str:
-    """The latent that holds what a character takes another to want."""
+    """The latent that holds what a character takes another to want, or where it takes a thing to
+    be."""
     return f"B_{name}_{other}"
+
+
+NOWHERE = "none"  # the value of `via_NAME` of who goes straight to its goal
+
+
+def via_of(name: str) -> str:
+    """The latent that holds where a character wants to have been before it is at its goal."""
+    return f"via_{name}"
+
+
+def readings_of(characters: Sequence[Minded]) -> dict[str, dict[str, str]]:
+    """For each character who may be wrong, what about (a latent or a thing), and the latent that
+    holds what it takes for true."""
+    found = {}
+    for c in characters:
+        wants = {goal_of(other): reading_of(c.name, other) for other in c.misreads}
+        places = {thing: reading_of(c.name, thing) for thing, _ in c.supposes}
+        if wants or places:
+            found[c.name] = wants | places
+    return found
 
 
 @dataclass(frozen=True)
@@ -83,6 +113,23 @@ def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
     return tuple(Attitude(name, *pair) for name, pair in zip(latents, pairs, strict=False))
 
 
+def parts_of(characters: Sequence[Minded]) -> tuple[frozenset[str], ...]:
+    """The latents of each character: what it wants, whom it cares about, what it takes others to
+    want, and whether it is rational."""
+    cares = attitudes_of(characters)
+    return tuple(
+        frozenset(
+            (
+                goal_of(c.name),
+                rationality_of(c.name),
+                *(each.latent for each in cares if each.who == c.name),
+                *(reading_of(c.name, other) for other in c.misreads),
+            )
+        )
+        for c in characters
+    )
+
+
 def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
     """What is hidden about characters: attitudes if any has some, goals, and who is rational."""
     found: dict[str, Latent] = {}
@@ -99,6 +146,12 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
         for other in c.misreads:
             latent, about = reading_of(c.name, other), f"what {c.name} takes {other} to want"
             found[latent] = Latent(latent, "symbol", goals[other], about)
+        for thing, places in c.supposes:
+            latent, about = reading_of(c.name, thing), f"where {c.name} takes {thing} to be"
+            found[latent] = Latent(latent, "symbol", places, about)
+        if c.via:
+            latent, about = via_of(c.name), f"where {c.name} wants to have been before"
+            found[latent] = Latent(latent, "symbol", (NOWHERE, *c.via), about)
     for c in characters:
         about = f"whether {c.name} acts rationally, or at random"
         rational = rationality_of(c.name)
@@ -123,9 +176,9 @@ def hypotheses_of(
         rational = {c.name: r for c, r in zip(characters, reversed(reverse), strict=True)}
         free, fixed, held = _attitudes_where(characters, rational)
         minded = [c for c in characters if rational[c.name]]
-        wanted, latents = [goal_of(c.name) for c in minded], [each.latent for each in free]
-        options: list[Sequence[str | float]]
-        options = [*(c.goals for c in minded), *(each.values for each in free)]
+        latents = [each.latent for each in free]
+        options: list[Sequence[Any]]
+        options = [*(wants_of(c) for c in minded), *(each.values for each in free)]
         for c in minded:
             for other in (o for o in minded if o.name in c.misreads):
                 latents.append(reading_of(c.name, other.name))
@@ -133,9 +186,10 @@ def hypotheses_of(
         who = {rationality_of(name): r for name, r in rational.items()}
         for chosen in product(*options):
             row: Hypothesis = {}
-            row.update(zip(wanted, chosen, strict=False))
+            for wanted in chosen[: len(minded)]:
+                row.update(wanted)
             row.update(who)
-            row.update(zip(latents, chosen[len(wanted) :], strict=True))
+            row.update(zip(latents, chosen[len(minded) :], strict=True))
             row.update(fixed)
             if not any(
                 is_nothing(str(row[goal_of(name)])) and not any(row[latent] for latent in cares)
@@ -143,6 +197,23 @@ def hypotheses_of(
             ):
                 rows.append(row)
     return tuple(rows)
+
+
+def wants_of(character: Minded) -> list[Hypothesis]:
+    """What a rational character may want, where it then takes that to be, and where it wants to
+    have been before."""
+    places, name = dict(character.supposes), character.name
+    found: list[Hypothesis] = []
+    for wanted in character.goals:
+        for place in places.get(wanted, (wanted,)):
+            row: Hypothesis = {goal_of(name): wanted}
+            row |= {reading_of(name, wanted): place} if wanted in places else {}
+            ways = [NOWHERE, *(via for via in character.via if via != place)]
+            if not character.via or wanted == NOWHERE:
+                found.append(row)
+            else:
+                found += [{**row, via_of(name): via} for via in ways]
+    return found
 
 
 def _attitudes_where(
@@ -163,7 +234,7 @@ def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
     one once for each of its goals and attitudes."""
     more = 0 if literal else 1
     cares = math.prod(more + len(each.values) for each in attitudes_of(characters))
-    goals = {c.name: more + len(c.goals) for c in characters}
+    goals = {c.name: more + len(wants_of(c)) for c in characters}
     reads = math.prod(goals[other] for c in characters for other in c.misreads)
     wants = math.prod(goals.values()) * (2 ** len(characters) if literal else 1)
     return cares * reads * wants

@@ -15,7 +15,7 @@ from i2pdsl.worlds.world import Viewer, World
 def viewers_of(spec: Spec, observers: tuple[Any, ...]) -> tuple[Viewer, ...]:
     """The observers of a story (language/story.py) as viewers of its world."""
     return tuple(
-        Viewer(spec.with_settings(dict(o.settings)), o.prior, o.known, o.sharpness)
+        Viewer(spec.with_settings(dict(o.settings)), o.prior, o.known, o.sharpness, o.particles)
         for o in observers
     )
 

@@ -12,9 +12,11 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.language.story import Particles
 from i2pdsl.language.typed import Act, Drop, Point, Turn
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.hypotheses import goal_of
+from i2pdsl.worlds.hypotheses import goal_of, via_of
 
 Array = Any
 Tables = Any
@@ -23,13 +25,15 @@ Tables = Any
 @dataclass(frozen=True)
 class Viewer:
     """One observer of a world: the world as he believes it works, his prior [H] or None, the
-    hypotheses [H] that are left by what he knows, or None, and how much more strongly than its
-    characters do he expects them to prefer what is best for them."""
+    hypotheses [H] that are left by what he knows, or None, how much more strongly than its
+    characters do he expects them to prefer what is best for them, and the particles that he holds
+    instead of all hypotheses, or None."""
 
     spec: Any
     prior: tuple[float, ...] | None = None
     known: tuple[bool, ...] | None = None
     sharpness: float = 1.0
+    particles: Particles | None = None
 
 
 class Branches(NamedTuple):
@@ -108,6 +112,10 @@ class World(Protocol):
     def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
         """How the goal of who is observed changes, for each observation of a frame; None where
         nobody's does."""
+
+    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
+        """The particles of each observer, None of one who holds all hypotheses; empty where nobody
+        holds particles."""
 
     @property
     def keeps_doubt(self) -> bool:
@@ -252,7 +260,8 @@ def switching_of(
     """How viewers think that goals change after each observation of a frame, which is what the
     characters do one after the other; empty where nobody thinks that they do.
 
-    Hypotheses are in one group that differ in the goal of who acted alone.
+    Hypotheses are in one group that differ in the goal of who acted alone (and in where it takes
+    that to be, and in the way to it).
 
     Args:
         log_prior: of each viewer, [O, H].
@@ -262,10 +271,15 @@ def switching_of(
         return ()
     found = []
     for name in words.characters:
-        goal = goal_of(name)
+        goal, about = goal_of(name), words.readings.get(name, {})
+        own = {
+            goal,
+            via_of(name),
+            *(latent for what, latent in about.items() if what in words.things),
+        }
         groups: dict[Hashable, list[int]] = {}
         for number, row in enumerate(words.hypotheses):
-            rest = frozenset((latent, value) for latent, value in row.items() if latent != goal)
+            rest = frozenset((latent, value) for latent, value in row.items() if latent not in own)
             groups.setdefault(rest if goal in row else number, []).append(number)
         most = max(map(len, groups.values()))
         count = len(words.hypotheses)
@@ -324,6 +338,9 @@ class ContinuousWorld:
 
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
+
+    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
+        return ()
 
     def alternatives(
         self, tables: Tables, state: Array, action: Array, after: Array

@@ -149,7 +149,7 @@ EXACT = {
     "maximize [moved(robot) @ script[¦": "n T last",
     # Statements and their settings.
     "world ¦": " ".join(builtin_worlds()),
-    "audience ¦": "bayesian average",
+    "audience ¦": "bayesian particles average",
     "audience bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = 1, ¦": "forgetting given level0 prior sharpness switching",
     "audience bayesian(beta = ¦": "2",
@@ -160,7 +160,7 @@ EXACT = {
     "audience bayesian(prior(rho) = {-3: 1, ¦": "-1 0 1 3 others",
     "audience bayesian(prior(R_robot) = {¦": "true false others",
     "audience bayesian(prior(rho) = {-3: ¦": "",
-    "audience average(¦": "bayesian average",
+    "audience average(¦": "bayesian particles average",
     "audience average(bayesian(¦": "beta forgetting given level0 prior sharpness switching",
     "search ¦": "beam naive",
     "search beam(¦": "polish starts width",
@@ -277,7 +277,7 @@ def test_audiences_are_offered_where_a_belief_can_name_them() -> None:
     assert "[" not in {c.text for c in offered("maximize P¦")}
     assert found("maximize E[insider][¦") >= {"V", "rho"}
     assert found("maximize E[insider][rho | ¦") >= {"script"}
-    assert found("audience other = ¦") == {"bayesian", "average"}
+    assert found("audience other = ¦") == {"bayesian", "particles", "average"}
     assert found("audience other = bayesian(given = ¦") >= {"rho", "G_cheese", "not"}
     assert "=" in found("audience other ¦")
     assert "insider" not in found("maximize ¦")
@@ -450,3 +450,13 @@ def test_pins() -> None:
     assert {"at", "moved"} <= found("pin script[4]: ")
     assert {"cheese", "robot"} <= found("pin script[4] = [")
     assert "south" in found("pin script[4] = [robot: ")
+
+
+def test_what_somebody_believes_is_offered_where_somebody_may_be_wrong() -> None:
+    asked = "maximize depict("
+    farm, kitchen = "world farm\nlength 5\n", "world kitchen\nlength 5\n"
+    assert "believes" in words(offered(f"{asked}¦", farm))
+    assert "believes" not in words(offered(f"{asked}¦", kitchen))
+    assert {"dog", "duck"} <= words(offered(f"{asked}believes(¦", farm))
+    assert "G_duck" in words(offered(f"{asked}believes(dog, ¦", farm))
+    assert "believes" not in words(offered("maximize sum_t ¦", farm))

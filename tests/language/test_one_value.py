@@ -27,7 +27,7 @@ from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.start import can_start
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.fold import compile_objective
-from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.frame import Frame, first_belief, observe
 from i2pdsl.objective.replay import evaluate as evaluate_query
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.starts import allowed_starts
@@ -145,11 +145,11 @@ def folded(frames: Frame, expression: ty.Typed) -> list[float]:
     objective = compile_objective(world, FRAMES, [(1.0, total)], Weights(0, 0, 0, 0, 0))
     params = jax.tree.map(xp.asarray, objective.params)
     carry = objective.init(tables, params, xp.asarray(frames.state[0]))
-    belief, scores = world.log_prior(tables), [0.0]
+    belief, scores = first_belief(world, tables), [0.0]
     for t in range(1, FRAMES + 1):
         state, action = xp.asarray(frames.before[t]), xp.asarray(frames.action[t])
         frame = observe(world, tables, xp.asarray(t), state, action, belief)
-        belief, carry = frame.log_belief, objective.step(tables, params, carry, frame)
+        belief, carry = frame.belief, objective.step(tables, params, carry, frame)
         scores.append(float(objective.score(tables, params, carry, frame)))
     return np.diff(scores).tolist()
 

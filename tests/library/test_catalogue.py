@@ -211,6 +211,7 @@ def test_pictures_are_named_in_the_list(place: Path, i2p: Run) -> None:
         "fork",
         "kitchen",
         "maze",
+        "nursery",
         "park",
         "porters",
     ]

@@ -15,7 +15,7 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.frame import Frame, first_belief, observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Story
@@ -42,12 +42,12 @@ def scores(objective: Objective, before: int, actions: np.ndarray) -> np.ndarray
     tables, params = world().tables, objective.params
     if objective.keeps_history:  # which NumPy cannot
         tables, params = jax.tree.map(jnp.asarray, (tables, params))
-    state, belief = np.asarray(2), world().log_prior(tables)
+    state, belief = np.asarray(2), first_belief(world(), tables)
     carry = objective.init(tables, params, state)
     found = []
     for number, action in enumerate(actions, before + 1):
         frame: Frame = observe(world(), tables, np.asarray(number), state, action, belief)
-        state, belief = frame.state, frame.log_belief
+        state, belief = frame.state, frame.belief
         carry = objective.step(tables, params, carry, frame)
         pair = (objective.score, objective.promise)
         found.append([float(value(tables, params, carry, frame)) for value in pair])

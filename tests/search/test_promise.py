@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl.objective.frame import observe
+from i2pdsl.objective.frame import first_belief, observe
 from i2pdsl.objective.terms import story_objective
 from worlds_for_tests import Pair, small_kitchen
 
@@ -32,19 +32,19 @@ def believed(pair: Pair, text: str) -> tuple[list[float], list[float], list[floa
     state: Any = np.int64(17)
     if fold.keeps_history:  # which only JAX's arrays can
         tables, state = world.search_tables, jnp.int32(17)
-    belief = world.log_prior(tables)
+    belief = first_belief(world, tables)
     carry = fold.init(tables, fold.params, state)
-    scores, promises, beliefs = [], [], [_share(belief, helps, sane)]
+    scores, promises, beliefs = [], [], [_share(belief.log, helps, sane)]
     generator = np.random.default_rng(3)
     for number in range(1, LENGTH + 1):
         valid = np.flatnonzero(world.turns(world.tables, np.int64(state)).valid)
         action = state * 0 + generator.choice(valid)
         frame = observe(world, tables, state * 0 + number, state, action, belief)
         carry = fold.step(tables, fold.params, carry, frame)
-        state, belief = frame.state, frame.log_belief
+        state, belief = frame.state, frame.belief
         scores.append(float(fold.score(tables, fold.params, carry, frame)))
         promises.append(float(fold.promise(tables, fold.params, carry, frame)))
-        beliefs.append(_share(belief, helps, sane))
+        beliefs.append(_share(belief.log, helps, sane))
     return scores, promises, beliefs
 
 

@@ -12,7 +12,7 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame, observe
+from i2pdsl.objective.frame import Frame, first_belief, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import VIOLATION, unmet, violations
 from i2pdsl.objective.terms import story_objective
@@ -104,11 +104,11 @@ def prefix_score(objective: Objective, walk: Walk, count: int) -> float:
     tables, params = world().tables, objective.params
     carry = objective.init(tables, params, np.asarray(walk[0]))
     frame: Frame | None = None
-    belief = world().log_prior(tables)
+    belief = first_belief(world(), tables)
     for number, action in enumerate(walks()[walk][:count], 1):
         state = np.asarray(walk[number - 1])
         frame = observe(world(), tables, np.asarray(number), state, np.asarray(action), belief)
-        belief = frame.log_belief
+        belief = frame.belief
         carry = objective.step(tables, params, carry, frame)
     return float(objective.score(tables, params, carry, frame))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from i2pdsl.objective.film import seen
-from i2pdsl.objective.frame import observe
+from i2pdsl.objective.frame import first_belief, observe
 from i2pdsl.programs import BRIEF
 from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 
@@ -33,9 +33,9 @@ def believing(name, observer):
             now = observe(world, tables, jnp.int32(1), state, action, belief)
             film = seen(world, tables, now, None)
             total = jnp.exp(now.log_belief[0, 0]) + film.regret + film.still
-            return (now.state, now.log_belief), total
+            return (now.state, now.belief), total
 
-        return jax.lax.scan(frame, (start, world.log_prior(tables)), actions)[1].sum()
+        return jax.lax.scan(frame, (start, first_belief(world, tables)), actions)[1].sum()
 
     return world, jax.jit(jax.value_and_grad(total, argnums=1), compiler_options=BRIEF)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -22,6 +23,7 @@ class Tables(NamedTuple):
 
     Attributes:
         cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
+        spots [C]: the column of `cells` with which `goals` are looked up, see dynamics.py.
         coordinates [M, 2]: (column, row) of each cell; the rows from N on stand for no cell.
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
@@ -34,7 +36,8 @@ class Tables(NamedTuple):
             act together, the value after the frame.
         columns: for each character [O, H], the problem of a hypothesis; P where irrational.
         sharpness: for each character [P], beta of the problem's observer.
-        goals: for each character [P, N + 1], whether a cell is the problem's goal.
+        goals: for each character [P, (N + 1) 2^m], whether it counts as being at its goal in a cell
+            with its m marks (dynamics.py:cells).
         log_prior [O, H]: the belief before anything moved.
         forgetting [O]: share of belief that is reassigned after each action.
         switching: how each character's goal changes after its actions; empty if none does.
@@ -42,6 +45,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
+        swarms: the particles of each observer (None of who holds all hypotheses); empty where
+            nobody holds particles.
         terms: for each character, of what its values are the sum, where they are additive: then
             `continuation` holds [R, P], the values of all sub-worlds one below the other.
     """
@@ -49,6 +54,7 @@ class Tables(NamedTuple):
     cells: Array
     lookup: Array
     strides: Array
+    spots: Array
     successor: tuple[Array, ...]
     coordinates: Array
     absent: Array
@@ -67,6 +73,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
+    swarms: tuple[SwarmTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
 
 
@@ -102,6 +109,13 @@ class Against(NamedTuple):
     beta: Array
     rho: Array
     success: tuple[Array | None, ...]
+
+
+def at_goal(tables: Tables, who: int, here: Array) -> Array:
+    """Whether a character counts as being at its goal in an arrangement, in each of its problems:
+    [..., P]."""
+    spot = tables.cells[here, tables.spots[who]]
+    return namespace(tables.cells).moveaxis(tables.goals[who][:, spot], 0, -1)
 
 
 def arrangement(tables: Tables, state: Array) -> Array:
@@ -143,7 +157,7 @@ def padded(tables: Tables) -> Tables:
         ),
         terms=tables.terms
         and tuple(t._replace(rows=along(1, cells)(t.rows)) for t in tables.terms),
-        goals=tuple(map(along(1, cells), tables.goals)),
+        goals=tuple(along(1, padded_size(g.shape[1], 128))(g) for g in tables.goals),
     )
 
 

@@ -11,10 +11,10 @@ from i2pdsl.worlds.hypotheses import (
     Hypothesis,
     Minded,
     attitudes_of,
-    goal_of,
     hypotheses_of,
     rationality_of,
     reading_of,
+    wants_of,
 )
 
 
@@ -35,7 +35,8 @@ def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:
 
     What plays no part is left out of a row, so that equal rows stand here several times.
     """
-    goals, attitudes = {c.name: c.goals for c in characters}, attitudes_of(characters)
+    goals = {c.name: wants_of(c) for c in characters}
+    attitudes, minded = attitudes_of(characters), {c.name: c for c in characters}
     readings = [(c.name, other) for c in characters for other in c.misreads]
     rows: list[Hypothesis] = []
     for flags in product((True, False), repeat=len(goals)):
@@ -44,11 +45,12 @@ def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:
         options = (
             product(*goals.values()),
             product(*values),
-            product(*(goals[o] for _, o in readings)),
+            product(*(minded[o].goals for _, o in readings)),
         )
         for wanted, rhos, taken in product(*options):
             row: Hypothesis = {rationality_of(name): r for name, r in rational.items()}
-            row |= {goal_of(n): g for n, g in zip(goals, wanted, strict=True) if rational[n]}
+            for name, chosen in zip(goals, wanted, strict=True):
+                row |= chosen if rational[name] else {}
             cares, reads = zip(attitudes, rhos, strict=True), zip(readings, taken, strict=True)
             row |= {each.latent: rho for each, rho in cares if rational[each.who]}
             row |= {reading_of(*pair): g for pair, g in reads if all(rational[n] for n in pair)}

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from i2pdsl.errors import error, whole_file
+from i2pdsl.errors import Diagnostic, error, whole_file
 from i2pdsl.sizes import memory_limit
-from i2pdsl.worlds.grid.additive import SubWorld, core, sub_worlds, summed
+from i2pdsl.worlds.grid.additive import SubWorld, sub_worlds, summed
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import (
     LARGEST_INDEX,
@@ -31,6 +31,7 @@ from i2pdsl.worlds.kind import Approximation
 
 PATIENCE = 600.0  # seconds of exact planning above which `auto` is additive
 PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
+FEW = 10_000  # states for which plans are exact however many problems there are
 BRIEF = 8.0  # seconds of exact planning on a small copy
 # What a sweep takes for each state and problem (measured: the kitchen, two cores), and how many
 # there are for each 1 / (1 - gamma).
@@ -40,17 +41,20 @@ SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
 def at_once(spec: GridSpec) -> int | None:
     """How many entities are planned for together; None where all are, exactly."""
     method, most = spec.settings.method, spec.settings.at_once
-    if not is_plain(spec) or method == "exact" or most >= len(spec.entities):
+    if not is_plain(spec) or method == "exact" or spec.marks:
         return None
     if method == "additive":
-        return most
-    fits = estimated_bytes(spec) <= memory_limit() and estimated_seconds(spec) <= PATIENCE
-    return None if fits or _needs_all(spec) else most
+        return most if most < len(spec.entities) else None
+    if estimated_bytes(spec) <= memory_limit() and estimated_seconds(spec) <= PATIENCE:
+        return None
+    fewer = range(min(most, len(spec.entities) - 1), 1, -1)
+    return next((n for n in fewer if _fits(spec, n)), None)
 
 
-def _needs_all(spec: GridSpec) -> bool:
-    """Whether some sub-world would be the whole world."""
-    return any(len(core(spec, who)) >= len(spec.entities) for who in range(len(spec.characters)))
+def _fits(spec: GridSpec, most: int) -> bool:
+    """Whether an additive plan takes little enough memory and time."""
+    seconds = sum(estimated_seconds(part.spec, part.keys) for part in _parts(spec, most))
+    return additive_bytes(spec, most) <= memory_limit() and seconds <= PATIENCE
 
 
 def estimated_seconds(spec: GridSpec, keys: Keys | None = None) -> float:
@@ -104,6 +108,25 @@ def _what_fits(spec: GridSpec, most: int) -> str | None:
             told = f"`method = additive` with `at_once = {fewer}` would take"
             return f"{told} {needed / 2**30:.1f} GiB, and be approximate"
     return None
+
+
+def method_warnings(spec: GridSpec, where: str) -> tuple[Diagnostic, ...]:
+    """A warning where plans are approximate though nobody asked for that.
+
+    Args:
+        where: the world's file.
+    """
+    if spec.settings.method != "auto" or spec.state_count <= FEW:
+        return ()
+    most = at_once(spec)
+    if most is None:
+        return ()
+    message = f"with {spec.state_count:,} states its characters plan additively, {most} at once: "
+    message += "beliefs are approximate"
+    gigabytes, minutes = estimated_bytes(spec) / 2**30, estimated_seconds(spec) / 60
+    hint = f"exact plans would take {gigabytes:.1f} GiB and {minutes:.0f} minutes; "
+    hint += f"`i2p plan {spec.name}` says how far off beliefs are in a copy"
+    return (Diagnostic("approximate", message, whole_file(where), hint, severity="warning"),)
 
 
 def planned(

@@ -44,6 +44,8 @@ from i2pdsl.worlds.hypotheses import (
     latents_of,
     rationality_of,
     reading_of,
+    readings_of,
+    via_of,
 )
 
 EVENTS = ("deus",)
@@ -151,7 +153,9 @@ class _Reader(MapReader):
         at = {block.name: block.span for block in self.blocks if block.keyword == "character"}
         latents: dict[str, str] = {}
         owned = [(each.latent, each.who) for each in attitudes_of(characters)]
-        owned += [(reading_of(c.name, other), c.name) for c in characters for other in c.misreads]
+        owned += [
+            (latent, c) for c, each in readings_of(characters).items() for latent in each.values()
+        ]
         for latent, who in owned:
             if latent in latents:
                 message = f"`{who}` and `{latents[latent]}` both have a `{latent}`"
@@ -216,10 +220,14 @@ class _Reader(MapReader):
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
                 for toward in self.targets(block):
                     found[attitude_of(block.name, toward)] = found[ATTITUDE]
-                if "misreads" in block.entries:
-                    about = f"a latent of what `{block.name}` takes others to want"
-                    others = (b for b in self.blocks if b.keyword == "character")
-                    found |= {reading_of(block.name, b.name): about for b in others}
+                if "via" in block.entries:
+                    about = f"the latent of where `{block.name}` wants to have been"
+                    found[via_of(block.name)] = about
+                for key, keyword in (("misreads", "character"), ("supposes", "object")):
+                    if key in block.entries:
+                        about = f"a latent of what `{block.name}` takes for true"
+                        others = (b for b in self.blocks if b.keyword == keyword)
+                        found |= {reading_of(block.name, b.name): about for b in others}
         return found
 
     def targets(self, block: Block) -> list[str]:
@@ -454,6 +462,7 @@ class _Reader(MapReader):
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
+        self.check_readings(blocks, found)
         return self.without_circles(blocks, found)
 
     def without_circles(
@@ -477,6 +486,15 @@ class _Reader(MapReader):
         self.problem("world-cast", f"{circle} model each other in a circle", span, hint)
         return tuple(replace(c, models=(), attitudes=(), misreads=()) for c in found)
 
+    def check_readings(self, blocks: list[Block], found: tuple[Character, ...]) -> None:
+        """Nobody can be wrong about what somebody wants who may be wrong about where that is."""
+        torn = {c.name for c in found if c.supposes}
+        for block, c in zip(blocks, found, strict=True):
+            for name in (name for name in c.misreads if name in torn):
+                message = f"`{name}` may be wrong itself, so `{c.name}` cannot be wrong about it"
+                hint = f"leave out `misreads`, or `supposes` of `{name}`"
+                self.problem("world-cast", message, block.keys["misreads"], hint)
+
     def one_character(
         self,
         block: Block,
@@ -490,7 +508,15 @@ class _Reader(MapReader):
         success = self.number(
             block, "success", 1.0, lambda p: 0 < p <= 1, "a probability above 0 and up to 1"
         )
-        goals = self.words(block, "goals", (*tiles, NO_GOAL), "tile") or (NO_GOAL,)
+        supposes = self.supposes(block, things, tiles)
+        objects = tuple(name for name, _ in supposes)
+        goals = self.words(block, "goals", (*tiles, *objects, NO_GOAL), "tile") or (NO_GOAL,)
+        for name in (name for name in objects if name not in goals and not block.damaged):
+            hint = f"add `{name}` to `goals`"
+            message = (
+                f"`{block.name}` never wants `{name}`, so it tells nobody where it takes it to be"
+            )
+            self.problem("world-cast", message, block.keys["supposes"], hint)
         pushes = self.words(block, "pushes", (*others, *things), "character or object")
         pulls = self.words(block, "pulls", (*others, *things), "character or object")
         carries = self.words(block, "carries", things, "object")
@@ -525,10 +551,36 @@ class _Reader(MapReader):
             attitudes,
             modelled,
             tuple(name for name in misreads if name in modelled),
+            supposes,
+            self.words(block, "via", tiles, "tile"),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),
         )
+
+    def supposes(
+        self, block: Block, things: tuple[str, ...], tiles: tuple[str, ...]
+    ) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The objects that a character may be wrong about, and where it may take each to be."""
+        value = block.entries.get("supposes")
+        if value is None:
+            return ()
+        if value.kind != "mapping":
+            hint = "supposes = {OBJECT: {TILE, TILE}}"
+            message = "where an object may be taken to be needs places"
+            self.problem("world-value", message, value.span, hint)
+            return ()
+        found: dict[str, tuple[str, ...]] = {}
+        for thing, places in value.value:
+            alone = replace(block, entries={"supposes": thing})
+            several = replace(block, entries={"supposes": places})
+            where = self.words(several, "supposes", tiles, "tile")
+            for name in self.words(alone, "supposes", things, "object"):
+                if name in found:
+                    self.problem("duplicate", f"`{name}` is given twice", thing.span)
+                if where:
+                    found[name] = where
+        return tuple(found.items())
 
     def attitudes(
         self, block: Block, others: tuple[str, ...]

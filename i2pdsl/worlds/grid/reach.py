@@ -44,7 +44,8 @@ def goal_warnings(
             frames = length or spec.settings.horizon or len(free)
             turns = frames * len(spec.characters)  # one's own steps and those of being pushed
             cells = {cell for cell, n in steps_to(placed & free, free, walls).items() if n <= turns}
-        for goal in c.goals:
+        places = dict(c.supposes)
+        for goal in dict.fromkeys(tile for g in c.goals for tile in places.get(g, (g,))):
             if goal == NO_GOAL or not cells:
                 continue
             steps = steps_to(tiles[goal], free, walls)

@@ -8,7 +8,7 @@ from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary, Weights
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
-from i2pdsl.worlds.hypotheses import latents_of, rationality_of
+from i2pdsl.worlds.hypotheses import latents_of, rationality_of, readings_of
 
 PREDICATES = (
     Predicate("at", ("thing", "place"), "it stands on the tile or cell"),
@@ -107,6 +107,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         longest=spec.settings.horizon or None,
         limited_to={c.name: c.actions for c in spec.characters if c.actions != actions},
         documentation=spec.documentation,
+        readings=readings_of(spec.characters),
         shares={name: dict(weights) for name, weights in spec.shares},
     )
 

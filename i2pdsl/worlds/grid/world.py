@@ -10,12 +10,13 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
 from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
-from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics, initial_marks
 from i2pdsl.worlds.grid.method import check_size, planned
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
@@ -29,6 +30,7 @@ from i2pdsl.worlds.grid.problems import (
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.swarms import swarms_of
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
@@ -105,8 +107,13 @@ class GridWorld:
     def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
         return tables.switching or (None,) * len(self.moves.weak)
 
+    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
+        return tables.swarms
+
     @property
     def keeps_doubt(self) -> bool:
+        if self.tables.swarms:
+            return False
         possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
         each = np.broadcast_to(
             forgetting if forgetting.ndim == 2 else forgetting[:, None], possible.shape
@@ -192,7 +199,7 @@ class GridWorld:
         )
         if name not in ("sees", "distance"):
             return found
-        table = self._sight if name == "sees" else self._walks
+        table = self._sight if name == "sees" else self.walks
         first, other = found
         if isinstance(other, int):
             return first, other, table.reshape(-1)
@@ -204,7 +211,8 @@ class GridWorld:
         return in_sight(self.dynamics.coordinates, self.spec.walls)
 
     @cached_property
-    def _walks(self) -> np.ndarray:
+    def walks(self) -> np.ndarray:
+        """The steps from each cell to each: [N, N]."""
         return walking(self.dynamics.coordinates, self.spec.walls)
 
     def act(self, tables: Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
@@ -249,11 +257,11 @@ class GridWorld:
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
-        is expected to do."""
+        is expected to do. The other viewers hold all hypotheses."""
         sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
         told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
         switching = tuple(each.given(log_prior) for each in self.tables.switching)
-        return replace(self, tables=self.tables._replace(**told, switching=switching))
+        return replace(self, tables=self.tables._replace(**told, switching=switching, swarms=()))
 
     action_shape = ()
     rows_are_scaled = False
@@ -276,13 +284,14 @@ class GridWorld:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
-        """All arrangements, with everybody in the place that the world gives him at first."""
+        """All arrangements, with everybody in the place that the world gives him at first, and
+        nobody having been anywhere else."""
         placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
         given = [entity for entity, cell in enumerate(placed) if cell >= 0]
-        cells = self.dynamics.cells
-        if not given:
-            return np.arange(len(cells))
-        return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
+        cells, first = self.dynamics.cells, len(self.spec.entities)
+        begins = (cells[:, given] == np.array(placed, dtype=int)[given]).all(1)
+        marks = cells[:, first : first + len(self.spec.marks)]
+        return np.flatnonzero(begins & (marks == initial_marks(self.spec, cells)).all(1))
 
 
 def with_policies(tables: Tables) -> Tables:
@@ -365,7 +374,7 @@ def assemble(
             else np.concatenate([p.continuation[who] for p in distinct], axis=1)
         )
         keys = [key for p in distinct for key in p.keys[who]]
-        goals.append(on_goal(spec, dynamics, [key.goal for key in keys]))
+        goals.append(on_goal(spec, dynamics, who, keys))
         beta = np.empty(len(keys))
         column = np.full((len(viewers), len(rows)), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
@@ -386,6 +395,7 @@ def assemble(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
         strides=dynamics.strides,
+        spots=dynamics.spots,
         successor=dynamics.successor,
         coordinates=coordinates,
         absent=np.array(dynamics.absent),
@@ -405,6 +415,7 @@ def assemble(
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
         terms=distinct[0].terms,
     )
+    tables = tables._replace(swarms=swarms_of(spec, words, viewers, tables))
     moves = Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,

@@ -80,6 +80,14 @@ class PlaneCharacter:
         return ()
 
     @property
+    def via(self) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def supposes(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        return ()
+
+    @property
     def fastest(self) -> float:
         """Its greatest speed, in units a frame."""
         return 2 * self.speed

@@ -1,0 +1,393 @@
+"""An audience that holds some hypotheses, with weights, instead of all: sequential Monte Carlo.
+
+A particle is one joint hypothesis, held as the numbers of its parts: each character's mind (what it
+wants, whom it cares about, whether it is rational). Particles are drawn from the prior, weighed by
+the probability of each observed action, drawn anew by their weights (systematic resampling) where
+their effective number gets low, and then moved by Metropolis steps that leave the posterior as it
+is (Chopin 2002, DOI 10.1093/biomet/89.3.539; Del Moral, Doucet and Jasra 2006,
+DOI 10.1111/j.1467-9868.2006.00553.x).
+
+The steps need the likelihood of the whole script so far under any hypothesis. The probability of an
+action depends on a hypothesis only through the planning problem that who acts solves under it, so a
+running sum for each problem is enough: the log-likelihood of a hypothesis is one number of each
+character's sums. Who forgets starts anew from any hypothesis now and then; each particle knows when
+it did so last (`since`), and the sums at that time are kept.
+
+Nothing here draws a random number: what is drawn depends on the seed, the frame and the particle
+only (`Draws`), so scripts are compared by common random numbers, and a script's score is a number.
+Leading axes are free (candidates, scripts). N particles, C characters, M minds of one, G sets of
+those who are rational, U observed actions in a frame, Q problems of who acts, H rows of hypotheses
+that expressions tell apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy
+
+from i2pdsl.audience.filter import log_sum
+
+Array = Any
+
+FLOOR = 1e-6  # of the prior in every belief: so that any condition has a probability
+
+
+class Index(NamedTuple):
+    """What a joint hypothesis has: `table[sum over c of digits[c, mind of c]]`."""
+
+    digits: Array  # [C, M]
+    table: Array  # [X]
+
+
+class Draws(NamedTuple):
+    """What chance decides in each of T frames.
+
+    Attributes:
+        offset: where systematic resampling begins, [T].
+        moves: uniform numbers of the Metropolis steps, [T, sweeps, steps_of(C), N].
+        jump, fresh: which particles start anew after an observation, and from what: [T, U, N] and
+            [T, U, N, C]; U is 0 where nobody forgets.
+    """
+
+    offset: Array
+    moves: Array
+    jump: Array
+    fresh: Array
+
+
+class SwarmTables(NamedTuple):
+    """The numbers of one observer's particles.
+
+    Attributes:
+        flag: what a mind adds to the number of its group (who is rational), [C, M].
+        options, sizes: the minds that are possible in a group, and how many: [G, C, M], [G, C].
+        possible: whether a mind is one of them, [G, C, M].
+        near, near_count: the minds that differ in one latent, [C, M, D], and how many, [C, M].
+        redrawn: whether the minds of d depend on whether c is rational, [C, C].
+        row: the row of a hypothesis.
+        problems: for each observation the problem that who acts solves.
+        columns: for each of them where the world's likelihoods have the problems, [Q].
+        log_weight, log_known: of each row the prior as a multiple of an even one, and the same of
+            what is started from anew, in logs: [H].
+        log_rows: the prior of each row, [H].
+        first: the particles at the beginning, [N, C].
+        least: the effective number below which they are drawn anew.
+        draws: what chance decides.
+    """
+
+    flag: Array
+    options: Array
+    sizes: Array
+    possible: Array
+    near: Array
+    near_count: Array
+    redrawn: Array
+    row: Index
+    problems: tuple[Index, ...]
+    columns: tuple[Array, ...]
+    log_weight: Array
+    log_known: Array
+    log_rows: Array
+    first: Array
+    least: Array
+    draws: Draws
+
+    @property
+    def forgets(self) -> bool:
+        return bool(self.draws.jump.shape[1])
+
+
+class Swarm(NamedTuple):
+    """Particles, and what their likelihoods are made of.
+
+    Attributes:
+        minds: [..., N, C].
+        log_weight: normalised, [..., N].
+        since: how many observations there were when it last started anew, [..., N].
+        sums: for each observation of a frame the log-likelihood of the script so far in each
+            problem of who acts, [..., Q] each.
+        marks: what they were after so many observations, [..., K, Q] each; K is 1 where nobody
+            forgets.
+        seen: how many frames were observed, [...].
+        effective: the effective sample size after the last of them, [...].
+    """
+
+    minds: Array
+    log_weight: Array
+    since: Array
+    sums: tuple[Array, ...]
+    marks: tuple[Array, ...]
+    seen: Array
+    effective: Array
+
+    def each(self, change: Any, *others: Swarm) -> Swarm:
+        """The swarm with each of its arrays changed, given the same ones of others."""
+        together = (self, *others)
+        plain = (change(*(getattr(s, name) for s in together)) for name in _PLAIN)
+        held: Any = dict(zip(_PLAIN, plain, strict=True))
+        for name in ("sums", "marks"):
+            parts = zip(*(getattr(s, name) for s in together), strict=True)
+            held[name] = tuple(change(*part) for part in parts)
+        return Swarm(**held)
+
+
+_PLAIN = ("minds", "log_weight", "since", "seen", "effective")
+
+
+def steps_of(characters: int) -> int:
+    """How many uniform numbers a sweep takes of each particle."""
+    return 5 * characters + 2
+
+
+def begun(tables: SwarmTables) -> Swarm:
+    """The particles before anything moved."""
+    first = tables.first
+    xp = first.__array_namespace__()
+    count, dtype = first.shape[0], tables.log_rows.dtype
+    marks = 1 + tables.draws.jump.shape[0] * tables.draws.jump.shape[1]
+    sizes = [len(column) for column in tables.columns]
+    return Swarm(
+        first,
+        xp.zeros((count,), dtype) - xp.log(xp.asarray(count, dtype=dtype)),
+        xp.zeros((count,), dtype=xp.int32),
+        tuple(xp.zeros((size,), dtype) for size in sizes),
+        tuple(xp.zeros((marks, size), dtype) for size in sizes),
+        xp.zeros((), dtype=xp.int32),
+        xp.asarray(count, dtype=dtype),
+    )
+
+
+def effective(log_weight: Array) -> Array:
+    """The effective sample size, 1 / sum of squared weights, [...] of [..., N]."""
+    xp = log_weight.__array_namespace__()
+    return xp.exp(2 * log_sum(log_weight) - log_sum(2 * log_weight))
+
+
+def looked_up(index: Index, minds: Array) -> Array:
+    """What an index has of particles, [..., N]."""
+    return index.table[_total(index.digits, minds)]
+
+
+def _total(digits: Array, minds: Array) -> Array:
+    """The sum over characters of [C, M] at their minds, [..., N]."""
+    return sum(digits[c][minds[..., c]] for c in range(digits.shape[0]))
+
+
+def _picked(values: Array, at: Array) -> Array:
+    """values [..., Q] at the places [..., N], whose leading axes may be fewer."""
+    if at.ndim == 1:
+        return values[..., at]
+    xp = values.__array_namespace__()
+    lead = xp.broadcast_shapes(values.shape[:-1], at.shape[:-1])
+    values = xp.broadcast_to(values, (*lead, values.shape[-1]))
+    return xp.take_along_axis(values, xp.broadcast_to(at, (*lead, at.shape[-1])), axis=-1)
+
+
+def belief(tables: SwarmTables, swarm: Swarm) -> Array:
+    """log P of each row: the particles' weights, and FLOOR of the prior. [..., H]."""
+    share = _shares(tables, swarm)
+    xp = share.__array_namespace__()
+    mixed = (1 - FLOOR) * share + FLOOR * xp.exp(tables.log_rows)
+    return xp.where(mixed > 0, xp.log(xp.where(mixed > 0, mixed, 1.0)), -xp.inf)
+
+
+def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Array:
+    """The sum of the weights, or of so many times each, in each row: [..., H]."""
+    xp = swarm.log_weight.__array_namespace__()
+    weights = xp.exp(swarm.log_weight)
+    row = looked_up(tables.row, swarm.minds)
+    there = xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=weights.dtype)
+    weights = weights if times is None else weights * times
+    return (weights[..., None, :] @ there)[..., 0, :]
+
+
+def after_frame(tables: SwarmTables, swarm: Swarm) -> Swarm:
+    """The swarm as the next frame finds it: drawn anew and moved where too few count."""
+    xp = swarm.log_weight.__array_namespace__()
+    count = effective(swarm.log_weight)
+    low = count < tables.least
+    chosen = _resampled(tables, swarm)
+    moved = rejuvenated(tables, chosen, tables.draws.moves[swarm.seen])
+    return swarm._replace(
+        minds=xp.where(low[..., None, None], moved.minds, swarm.minds),
+        log_weight=xp.where(low[..., None], moved.log_weight, swarm.log_weight),
+        since=xp.where(low[..., None], moved.since, swarm.since),
+        seen=swarm.seen + 1,
+        effective=count,
+    )
+
+
+def _resampled(tables: SwarmTables, swarm: Swarm) -> Swarm:
+    """As many particles, each drawn by its weight: systematic resampling."""
+    xp = swarm.log_weight.__array_namespace__()
+    count = swarm.log_weight.shape[-1]
+    ends = xp.cumsum(xp.exp(swarm.log_weight), axis=-1)
+    ends = ends / ends[..., -1:]
+    points = (xp.arange(count) + tables.draws.offset[swarm.seen][..., None]) / count
+    parent = (ends[..., None, :] <= points[..., :, None]).sum(-1)
+    parent = xp.clip(parent, 0, count - 1)
+    return swarm._replace(
+        minds=xp.take_along_axis(swarm.minds, parent[..., None], axis=-2),
+        log_weight=xp.zeros_like(swarm.log_weight) - xp.log(xp.asarray(count * 1.0)),
+        since=xp.take_along_axis(swarm.since, parent, axis=-1),
+    )
+
+
+def log_target(tables: SwarmTables, swarm: Swarm, minds: Array) -> Array:
+    """log of the posterior of hypotheses [..., N, C], each as one that was started from when the
+    particle in its place was; up to a constant. -inf for what is no hypothesis."""
+    xp = swarm.log_weight.__array_namespace__()
+    group = _total(tables.flag, minds)
+    possible: Any = True
+    for c in range(tables.flag.shape[0]):
+        possible = possible & tables.possible[group, c, minds[..., c]]
+    row = xp.where(possible, looked_up(tables.row, minds), 0)
+    found = xp.where(swarm.since == 0, tables.log_weight[row], tables.log_known[row])
+    for problem, now, marks in zip(tables.problems, swarm.sums, swarm.marks, strict=True):
+        at = xp.where(possible, looked_up(problem, minds), 0)
+        count = now.shape[-1]
+        flat = marks.reshape(*marks.shape[:-2], -1)
+        found = found + _picked(now, at)
+        if marks.shape[-2] > 1:
+            found = found - _picked(flat, swarm.since * count + at)
+    return xp.where(possible, found, -xp.inf)
+
+
+def rejuvenated(tables: SwarmTables, swarm: Swarm, uniforms: Array) -> Swarm:
+    """Every particle after some Metropolis steps.
+
+    Args:
+        uniforms: [..., sweeps, steps_of(C), N].
+    """
+    xp = swarm.log_weight.__array_namespace__()
+
+    def sweep(held: tuple[Array, Array], drawn: Array) -> tuple[tuple[Array, Array], None]:
+        (minds, now), at = held, 0
+        for move, takes in _moves(tables):
+            given = [drawn[..., at + k, :] for k in range(takes)]
+            at += takes
+            proposed, ratio = move(minds, given[:-1])
+            there = log_target(tables, swarm, proposed)
+            goes = xp.log(given[-1]) < there - now + ratio
+            minds = xp.where(goes[..., None], proposed, minds)
+            now = xp.where(goes, there, now)
+        return (minds, now), None
+
+    held = swarm.minds, log_target(tables, swarm, swarm.minds)
+    each = xp.moveaxis(uniforms, -3, 0)
+    if xp is not numpy:
+        import jax
+
+        return swarm._replace(minds=jax.lax.scan(sweep, held, each)[0][0])
+    for drawn in each:
+        held, _ = sweep(held, drawn)
+    return swarm._replace(minds=held[0])
+
+
+Move = Callable[[Array, Sequence[Array]], tuple[Array, Array]]
+
+
+def _moves(tables: SwarmTables) -> list[tuple[Move, int]]:
+    """The proposals of a sweep, and how many uniform numbers each takes, the last of them for
+    whether it is taken. A proposal makes of hypotheses [..., N, C] others, and the log of how much
+    more likely the way back is."""
+    characters, groups = tables.flag.shape[0], tables.sizes.shape[0]
+    found: list[tuple[Move, int]] = []
+    for c in range(characters):
+        found += [(partial(_another_value, tables, c), 2), (partial(_another_mind, tables, c), 2)]
+    if groups > 1:
+        found.append((partial(_rational_or_not, tables), characters + 2))
+    return found
+
+
+def _another_value(
+    tables: SwarmTables, c: int, minds: Array, drawn: Sequence[Array]
+) -> tuple[Array, Array]:
+    """One latent of one character has another value."""
+    xp = tables.flag.__array_namespace__()
+    mind = minds[..., c]
+    count = tables.near_count[c][mind]
+    other = xp.where(count > 0, _one_of(tables.near[c][mind], count, drawn[0]), mind)
+    back = tables.near_count[c][other]
+    log = lambda n: xp.log(xp.maximum(n, 1) * _one(drawn[0]))
+    return _with(minds, c, other), log(count) - log(back)
+
+
+def _another_mind(
+    tables: SwarmTables, c: int, minds: Array, drawn: Sequence[Array]
+) -> tuple[Array, Array]:
+    """One character thinks anything that is possible while the same are rational."""
+    group = _total(tables.flag, minds)
+    fresh = _one_of(tables.options[group, c], tables.sizes[group, c], drawn[0])
+    return _with(minds, c, fresh), 0 * drawn[0]
+
+
+def _rational_or_not(
+    tables: SwarmTables, minds: Array, drawn: Sequence[Array]
+) -> tuple[Array, Array]:
+    """One character becomes rational, or irrational, and whoever may think of that thinks anew."""
+    xp = tables.flag.__array_namespace__()
+    characters, (which, *anew) = tables.flag.shape[0], drawn
+    group = _total(tables.flag, minds)
+    who = xp.minimum(xp.asarray(which * characters, dtype=group.dtype), characters - 1)
+    switched = group ^ (1 << who)
+    proposed, ratio = minds, 0 * which
+    for c in range(characters):
+        size, before = tables.sizes[switched, c], tables.sizes[group, c]
+        again = tables.redrawn[who, c]
+        fresh = _one_of(tables.options[switched, c], size, anew[c])
+        proposed = _with(proposed, c, xp.where(again, fresh, minds[..., c]))
+        more = xp.log(size * _one(which)) - xp.log(before * _one(which))
+        ratio = ratio + xp.where(again, more, 0 * which)
+    return proposed, ratio
+
+
+def _one(like: Array) -> Array:
+    """1, of the precision of an array."""
+    return like.__array_namespace__().ones((), like.dtype)
+
+
+def _one_of(options: Array, count: Array, uniform: Array) -> Array:
+    """One of the first `count` of the options [..., N, K], evenly."""
+    xp = options.__array_namespace__()
+    at = xp.minimum(xp.asarray(uniform * count, dtype=count.dtype), xp.maximum(count - 1, 0))
+    return xp.take_along_axis(options, at[..., None], axis=-1)[..., 0]
+
+
+def _with(minds: Array, c: int, mind: Array) -> Array:
+    """The same with another mind of one character."""
+    xp = minds.__array_namespace__()
+    here = xp.arange(minds.shape[-1]) == c
+    return xp.where(here, mind[..., None], minds)
+
+
+def seen_by(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Swarm:
+    """The swarm once an action was observed, the u-th of a frame.
+
+    Args:
+        row: the world's log-likelihoods of it, [..., Q'].
+    """
+    xp = swarm.log_weight.__array_namespace__()
+    likely = row[..., tables.columns[u]]
+    joint = swarm.log_weight + _picked(likely, looked_up(tables.problems[u], swarm.minds))
+    sums = list(swarm.sums)
+    sums[u] = sums[u] + likely
+    swarm = swarm._replace(log_weight=joint - log_sum(joint)[..., None], sums=tuple(sums))
+    if not tables.forgets:
+        return swarm
+    number = swarm.seen * len(tables.columns) + u + 1
+    jump, fresh = tables.draws.jump[swarm.seen, u], tables.draws.fresh[swarm.seen, u]
+    return swarm._replace(
+        minds=xp.where(jump[..., None], fresh, swarm.minds),
+        since=xp.where(jump, xp.asarray(number)[..., None], swarm.since),
+        marks=tuple(map(lambda m, s: _marked(xp, m, s, number), swarm.marks, swarm.sums)),
+    )
+
+
+def _marked(xp: Any, marks: Array, sums: Array, number: Array) -> Array:
+    """The sums at one more time, [..., K, Q]."""
+    here = xp.arange(marks.shape[-2]) == xp.asarray(number)[..., None]
+    return xp.where(here[..., None], sums[..., None, :], marks)

@@ -1,0 +1,307 @@
+"""Particle audiences against exact ones, where both are possible."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from commands_for_tests import Run
+from i2pdsl.audience import particles
+from i2pdsl.audience.filter import log_sum
+from i2pdsl.audience.particles import Swarm, SwarmTables
+from i2pdsl.errors import StoryError
+from i2pdsl.language.story import Particles
+from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.terms import story_objective
+from i2pdsl.pipeline import Story
+from i2pdsl.search.rollout import resume
+from i2pdsl.worlds.grid.swarms import swarms_of
+from i2pdsl.worlds.grid.world import GridWorld
+from i2pdsl.worlds.world import Viewer
+from worlds_for_tests import small_kitchen
+
+ROWS = ("P.", ".G", "..")
+FRAMES = 5
+
+
+@cache
+def exact(forgetting: float, known: str = "") -> tuple[GridWorld, Viewer]:
+    """A world, and a viewer who holds all of its hypotheses."""
+    world = small_kitchen(ROWS).world
+    spec = world.spec.with_settings({"forgetting": forgetting})
+    rows = world.vocabulary.hypotheses
+    holds = tuple(row.get("G_cheese") == known for row in rows) if known else None
+    prior = tuple(np.array(holds) / sum(holds)) if holds else None
+    viewer = Viewer(spec, prior, holds)
+    log_prior = np.log(np.array([prior or [1 / len(rows)] * len(rows)]) + 1e-300)
+    share = np.full(1, forgetting)
+    forgets = share if holds is None else np.where(np.array([holds]), share[:, None], 0.0)
+    if holds is not None:
+        log_prior = np.where(np.array([holds]), log_prior, -np.inf)
+    return world.with_audience(1.0, forgets, log_prior), viewer
+
+
+def script(world: GridWorld, seed: int) -> Frame:
+    """What who holds all hypotheses believes along a script drawn from his own predictions, with
+    one or two actions that surprise him."""
+    generator = np.random.default_rng(seed)
+    states, actions = [np.asarray(generator.choice(world.starts()))], []
+    for _ in range(FRAMES):
+        turns = world.turns(world.tables, states[-1])
+        actions.append(generator.choice(np.flatnonzero(turns.valid)))
+        states.append(turns.state[actions[-1]])
+    return replay(world, np.array(states), np.array(actions))
+
+
+def swarms(world: GridWorld, viewer: Viewer, plan: Particles, seeds: range) -> SwarmTables:
+    """The tables of many seeds, along a first axis."""
+    each = [replace(viewer, particles=replace(plan, seed=seed)) for seed in seeds]
+    words = world.vocabulary
+    tables = [swarms_of(world.spec, words, (one,), world.tables)[0] for one in each]
+    stacked: SwarmTables = jax.tree.map(lambda *parts: np.stack(parts), *tables)
+    return stacked
+
+
+@jax.jit
+@jax.vmap
+def _watch(tables: SwarmTables, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """log of the estimated evidence, and the belief after each frame [T, H]."""
+
+    def frame(held: tuple[Swarm, jax.Array], row: jax.Array) -> Any:
+        swarm, evidence = held
+        for u in range(row.shape[0]):
+            before = swarm
+            problem = particles.looked_up(tables.problems[u], before.minds)
+            likely = row[u][tables.columns[u]][problem]
+            evidence = evidence + log_sum(before.log_weight + likely)
+            swarm = particles.seen_by(tables, swarm, u, row[u])
+        belief = particles.belief(tables, swarm)
+        return (particles.after_frame(tables, swarm), evidence), belief
+
+    start = jax.tree.map(jnp.asarray, particles.begun(tables))
+    (_, evidence), beliefs = jax.lax.scan(frame, (start, jnp.zeros(())), rows)
+    return evidence, beliefs
+
+
+def watch(
+    world: GridWorld, viewer: Viewer, frames: Frame, plan: Particles, seeds: range
+) -> tuple[np.ndarray, np.ndarray]:
+    """The estimated evidence as a multiple of the exact one, [S], and P of each hypothesis after
+    each frame, [S, T, H]."""
+    rows = frames.log_rows[1:, :, 0]
+    rows = np.broadcast_to(rows, (len(seeds), *rows.shape))
+    found, beliefs = _watch(swarms(world, viewer, plan, seeds), jnp.asarray(rows))
+    truth = log_sum(frames.log_expecting[1:] + frames.log_rows[1:]).sum()
+    return np.exp(np.asarray(found, float) - truth), np.exp(np.asarray(beliefs, float))
+
+
+PLAN = Particles(count=64, frames=16, moves=1)
+
+
+@pytest.mark.parametrize(("forgetting", "known"), [(0.0, ""), (0.05, ""), (0.05, "pink")])
+def test_the_evidence_is_unbiased_at_the_nominal_rate(forgetting: float, known: str) -> None:
+    """Of 12 scripts, each with 150 seeds, as many means lie beyond two standard errors as should:
+    7 or more of 12 at a rate of .05 happen once in 10^6 times."""
+    world, viewer = exact(forgetting, known)
+    far = []
+    for number in range(12):
+        seeds = range(150 * number, 150 * (number + 1))
+        ratio, _ = watch(world, viewer, script(world, number), PLAN, seeds)
+        far.append((ratio.mean() - 1) / (ratio.std(ddof=1) / np.sqrt(len(ratio))))
+    assert (np.abs(far) > 1.96).sum() < 5, far
+    assert abs(np.mean(far)) < 4 / np.sqrt(len(far)), far
+
+
+@pytest.mark.parametrize("forgetting", [0.0, 0.05])
+def test_beliefs_converge_as_the_count_grows(forgetting: float) -> None:
+    world, viewer = exact(forgetting)
+    frames = script(world, 3)
+    helps = np.array([row.get("rho", 0) > 0 for row in world.vocabulary.hypotheses])
+    truth = np.exp(frames.log_belief[1:, 0])[:, helps].sum(-1)
+    off = {}
+    for count in (32, 512):
+        plan = replace(PLAN, count=count)
+        _, beliefs = watch(world, viewer, frames, plan, range(60))
+        off[count] = np.sqrt(((beliefs[..., helps].sum(-1) - truth) ** 2).mean())
+    assert off[512] < off[32] / 2.5  # by the square root of the count it is a quarter
+    assert off[512] < 0.05
+
+
+def tables_of(world: GridWorld, viewer: Viewer) -> SwarmTables:
+    """Of one seed."""
+    each = (replace(viewer, particles=PLAN),)
+    (tables,) = swarms_of(world.spec, world.vocabulary, each, world.tables)
+    assert tables is not None
+    return tables
+
+
+FINE = 42  # a multiple of how many minds there are in any group: 1, 2, 3, 14; and near any: 1, 6
+
+
+def chances(tables: SwarmTables, swarm: Swarm, move: Callable, takes: int) -> np.ndarray:
+    """The transition matrix of one move between all hypotheses [H, H]: every proposal it can make,
+    on a grid of uniform numbers that is fine enough for all of them to be alike, times how often it
+    is taken."""
+    rows = np.flatnonzero(tables.row.table >= 0)
+    sizes = [int((tables.possible[:, c].any(0)).sum()) for c in range(tables.flag.shape[0])]
+    every = np.stack(np.unravel_index(rows, sizes), axis=-1)
+    number = {tuple(minds): n for n, minds in enumerate(every.tolist())}
+    grid = (np.arange(FINE) + 0.5) / FINE
+    drawn = np.array(np.meshgrid(*[grid] * (takes - 1))).reshape(takes - 1, -1)
+    if takes > 2:  # who changes, and what those think anew
+        drawn = drawn[:, np.isin(drawn[0], grid[:: FINE // 2])]
+    found = np.zeros((len(every), len(every)))
+    for at, minds in enumerate(every):
+        here = np.repeat(minds[None], drawn.shape[1], axis=0)
+        held = swarm._replace(since=np.zeros(len(here), int))
+        proposed, ratio = move(here, list(drawn))
+        now, there = (particles.log_target(tables, held, x) for x in (here, proposed))
+        taken = np.minimum(1, np.exp(there - now + ratio)) / len(here)
+        for to, chance in zip(proposed.tolist(), taken, strict=True):
+            found[at, number.get(tuple(to), at)] += chance
+        found[at, at] += 1 - found[at].sum()
+    return found
+
+
+def test_every_move_leaves_the_posterior_as_it_is() -> None:
+    tables = tables_of(*exact(0.0))
+    sizes = {*tables.sizes.ravel().tolist(), *tables.near_count.ravel().tolist()} - {0}
+    assert all(FINE % size == 0 for size in sizes)
+    generator = np.random.default_rng(0)
+    start = particles.begun(tables)
+    swarm = start._replace(sums=tuple(generator.normal(size=s.shape) for s in start.sums))
+    rows = np.flatnonzero(tables.row.table >= 0)
+    sizes = [int(tables.possible[:, c].any(0).sum()) for c in range(2)]
+    every = np.stack(np.unravel_index(rows, sizes), axis=-1)
+    held = swarm._replace(since=np.zeros(len(every), int))
+    target = np.exp(particles.log_target(tables, held, every))
+    target /= target.sum()
+    assert target.max() < 0.5
+    moves = particles._moves(tables)
+    assert len(moves) == 5
+    kernel = np.eye(len(every))
+    for move, takes in moves:
+        chance = chances(tables, swarm, move, takes)
+        np.testing.assert_allclose(target @ chance, target, atol=1e-12)
+        assert (chance >= -1e-12).all()
+        kernel = kernel @ chance
+    # A sweep leads from anything to anything in the end.
+    np.testing.assert_allclose(np.linalg.matrix_power(kernel, 400)[0], target, atol=1e-6)
+
+
+def test_a_joint_hypothesis_is_its_characters_minds() -> None:
+    world, viewer = exact(0.0)
+    tables = tables_of(world, viewer)
+    rows = world.vocabulary.hypotheses
+    assert sorted(tables.row.table[tables.row.table >= 0]) == list(range(len(rows)))
+    # The likelihood of a hypothesis is that of its problems.
+    row = world.tables.columns[1][0]
+    minds = np.stack(
+        np.unravel_index(
+            np.flatnonzero(tables.row.table >= 0),
+            [int(tables.possible[:, c].any(0).sum()) for c in range(2)],
+        ),
+        axis=-1,
+    )
+    number = particles.looked_up(tables.row, minds)
+    problem = particles.looked_up(tables.problems[1], minds)
+    assert (row[number] == row[tables.columns[1][problem]]).all()
+
+
+STORY = """
+world maze
+length 4
+audience particles(count = 150, seed = 3)
+audience all = bayesian
+maximize sum_t P(rho > 0 | script[:t])
+maximize 0.1 * P[all](rho > 0 | script[:T])
+search beam(starts = 4, width = 2, polish = 0)
+"""
+
+
+@cache
+def solved() -> Any:
+    story = Story.from_text(STORY)
+    return story, story.solve(choose="score").script
+
+
+def test_a_story_before_particles_is_searched_and_asked() -> None:
+    story, script = solved()
+    again = story.solve(choose="score").script
+    assert again.score == script.score
+    assert (again.trajectory.actions == script.trajectory.actions).all()
+    own, all_ = (script.query(f"P{x}(rho > 0 | script[:t])") for x in ("", "[all]"))
+    assert np.abs(own - all_).max() < 0.15
+    assert not np.array_equal(own, all_)
+    exactly = script.query("P(rho > 0 | script[:t])", audience="bayesian")
+    np.testing.assert_allclose(exactly, all_, atol=1e-12)
+    (held,) = script.particles
+    assert (held.audience, held.count, held.seed) == ("viewers", 150, 3)
+    assert 1 <= held.least <= 150
+
+
+def test_the_search_holds_the_particles_of_the_replay() -> None:
+    """One in single precision on the device, one in NumPy and doubles: by common random numbers
+    the same, but for a proposal that is as likely as not by a rounding error."""
+    story, script = solved()
+    objective = story_objective(story.typed, script.world)
+    params = jax.tree.map(np.asarray, objective.params)
+    node = resume(script.world, objective, 4, script.world.search_tables, params, script.trajectory)
+    shown = np.exp(np.asarray(node.belief.log, float))
+    np.testing.assert_allclose(shown, np.exp(script.frames.log_belief[-1]), atol=0.02)
+    score = evaluate(script.world, script.frames, objective_terms(story), None)
+    assert np.isfinite(score)
+
+
+def objective_terms(story: Story) -> Any:
+    (_, first), *_ = story.typed.objective
+    return first
+
+
+def test_seeds_differ_and_each_says_the_same_again() -> None:
+    _, script = solved()
+    ask = lambda seed: script.query(
+        "P(rho > 0 | script[:t])", audience=f"particles(count = 40, seed = {seed})"
+    )
+    np.testing.assert_array_equal(ask(1), ask(1))
+    assert not np.array_equal(ask(1), ask(2))
+
+
+def test_what_particles_cannot_do_is_said() -> None:
+    def wrong(audience: str, world: str = "maze") -> str:
+        event = "rho > 0" if world == "maze" else "weight > 1"
+        text = f"world {world}\nlength 4\naudience {audience}\nmaximize depict({event})\n"
+        with pytest.raises(StoryError) as problem:
+            Story.from_text(text)
+        return str(problem.value)
+
+    assert "`count` must be a whole number from 1 to 100,000" in wrong("particles(count = 0)")
+    assert "`audience particles` has no setting `cuont`" in wrong("particles(cuont = 3)")
+    assert "all hypotheses are held" in wrong("particles", "hill")
+
+
+def test_goals_that_change_are_not_for_particles() -> None:
+    text = "world maze\nlength 4\naudience particles(switching = 0.2)\nmaximize depict(rho > 0)"
+    with pytest.raises(StoryError, match="does not think that goals change"):
+        Story.from_text(text).world()
+
+
+def test_how_many_particles_count_is_said(i2p: Run, tmp_path: Path) -> None:
+    _, script = solved()
+    path = str(script.save(tmp_path / "script.json"))
+    asked = ["query", path, "P(rho > 0 | script[:T])", "--audience", "particles(count = 12)"]
+    result = i2p(*asked)
+    assert "12 particles, at least " in result.out
+    assert "beliefs are rough: 12 particles" in result.err
+    told = json.loads(i2p(*asked, "--json").out)["particles"]
+    assert told[0]["count"] == 12
