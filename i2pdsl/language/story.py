@@ -59,6 +59,13 @@ def watching(observers: Iterable[Observer], frames: int) -> tuple[Observer, ...]
     )
 
 
+def able(observers: Iterable[Observer], words: Vocabulary) -> tuple[Observer, ...]:
+    """Observers who hold particles where there are more hypotheses than anybody can hold."""
+    if not words.counts:
+        return tuple(observers)
+    return tuple(o if o.particles else replace(o, particles=Particles()) for o in observers)
+
+
 VIEWERS = "viewers"  # the name of the audience that needs none
 
 
@@ -100,7 +107,8 @@ USUAL = Audience(VIEWERS, (Observer(),))
 
 def usual_audience(words: Vocabulary) -> Audience:
     """The audience of a world's stories that name none."""
-    return Audience(VIEWERS, (Observer(prior=words.prior),)) if words.prior else USUAL
+    own = Audience(VIEWERS, able((Observer(prior=words.prior),), words))
+    return own if words.prior else USUAL
 
 
 def ordered(audiences: Sequence[Audience]) -> tuple[Audience, ...]:
