@@ -404,7 +404,8 @@ class Elaboration:
         if not self.world.counts or latent.name in self.world.kept:
             return latent
         message = f"viewers of this story do not keep `{latent.name}` apart"
-        told = " ".join(sorted((latent.name, *self.world.kept)))
+        usual = set(self.world.rational.values())
+        told = " ".join(sorted({latent.name, *self.world.kept} - usual))
         hint = f'write `world {self.world.world}({ASKED} = "{told}")`'
         raise self.fail("particles", message, node.span, env, hint)
 

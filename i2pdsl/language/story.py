@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
-from i2pdsl.errors import Diagnostic, Source, Span, StoryError, whole_file
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
@@ -45,6 +45,14 @@ class Observer:
     known: ty.Mask | None = None
     sharpness: float = 1.0
     particles: Particles | None = None
+
+
+def check_listed(words: Vocabulary, what: str) -> None:
+    """Refuses what needs every hypothesis where there are too many of them. Raises StoryError."""
+    if words.counts:
+        total = math.fsum(words.counts)
+        message = f"{what} needs every hypothesis, and there are {total:,.0f} {words.where}"
+        raise error("particles", message, whole_file(words.world), "fewer goals or attitudes")
 
 
 FRAMES_MORE = 16  # that a script may be watched beyond its length: appended turns

@@ -190,6 +190,11 @@ class Vocabulary:
         """The weight of each of `hypotheses` where all that it stands for are alike."""
         return self.counts or (1.0,) * len(self.hypotheses)
 
+    @property
+    def apart(self) -> tuple[str, ...]:
+        """The latents whose values viewers keep apart: all where hypotheses can be listed."""
+        return tuple(x for x in self.latents if not self.counts or x in self.kept)
+
     @cached_property
     def prior(self) -> tuple[float, ...] | None:
         """The probabilities of the hypotheses at first; None where all are alike."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from i2pdsl.audience.particles import Index, SwarmTables
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.story import Particles
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.grid.arrays import Tables
 from i2pdsl.worlds.grid.hypotheses import minds_of_all
@@ -29,7 +30,7 @@ def swarms_of(
     spec: GridSpec, words: Vocabulary, viewers: tuple[Viewer, ...], tables: Tables
 ) -> tuple[SwarmTables | None, ...]:
     """Those of each viewer, None of one who holds all hypotheses; empty where nobody has any."""
-    if not any(viewer.particles for viewer in viewers):
+    if not (spec.is_sampled or any(viewer.particles for viewer in viewers)):
         return ()
     if spec.is_sampled:
         space = space_of_groups(minds_of_all(spec))
@@ -40,7 +41,8 @@ def swarms_of(
         rows = rows_of(space, words.hypotheses)
     found: list[SwarmTables | None] = []
     for o, viewer in enumerate(viewers):
-        if viewer.particles is None:
+        plan = viewer.particles or (Particles() if spec.is_sampled else None)
+        if plan is None:
             found.append(None)
             continue
         if viewer.spec.settings.switching:
@@ -56,7 +58,7 @@ def swarms_of(
         forgetting = float(viewer.spec.settings.forgetting)
         prior = np.exp(tables.log_prior[o])
         seen = Seen(prior, known, forgetting, tuple(problems), tuple(columns))
-        found.append(swarm_tables(space, rows, seen, viewer.particles))
+        found.append(swarm_tables(space, rows, seen, plan))
     return tuple(found)
 
 
