@@ -19,7 +19,7 @@ from i2pdsl.scripts import Script, script_of
 from i2pdsl.search.candidates import SHORTLIST, TOLERANCE, faults, select_different
 from i2pdsl.search.task import Found, Search, Task
 from i2pdsl.shown import Shown
-from i2pdsl.vouching import vouched
+from i2pdsl.vouching import vouched, vouched_alone
 from i2pdsl.worlds.record import Trajectory
 
 IN_FULL = 3  # lengths of a story of several that are searched as much as a story of one
@@ -82,17 +82,23 @@ def chosen(
     if not search.offers_all:
         paths = [script.trajectory.states for script in scripts]
         scripts = [scripts[i] for i in select_different(task.world, paths, wanted)]
-    other = imagined_otherwise(task.story, task.world, task.watch) if choose == "wide" else None
     task.watch.add("search", began)
-    closer, scripts, frames = vouched(task.story, task.world, scripts, task.watch)
+    held = vouched(task.story, task.world, scripts, task.watch)
+    if choose == "wide":
+        other = imagined_otherwise(task.story, task.world, task.watch)
+        held = held.in_world(task.world)  # where the others live, too
+    else:
+        other = None
     began = time.perf_counter()
-    members = panel(task.story, closer, other)
-    told = [script.trajectory for script in scripts], frames
-    judged = list(zip(scripts, judge(task.story, members, *told), strict=True))
+    members = panel(task.story, held.world, other)
+    judgements = judge(task.story, members, held.paths, held.frames)
+    judged = list(zip(held.scripts, judgements, strict=True))
     if by_panel:
-        best = max(_worth(script) for script in scripts)
+        best = max(_worth(script) for script in held.scripts)
         judged.sort(key=lambda each: _place(best, *each))
     kept = judged if search.offers_all else judged[:count]
+    best_script, judgement = kept[0]
+    kept[0] = vouched_alone(task.story, task.world, best_script, task.watch), judgement
     task.watch.add("search", began)
     return [script for script, _ in kept], [judgement for _, judgement in kept], found.finished
 

@@ -13,6 +13,7 @@ from i2pdsl.beginnings.imported import first_story
 from i2pdsl.cli import DONE, USAGE, WRONG
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.pipeline import load
+from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.foreign.write import FORMATS, imported
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -232,3 +233,25 @@ def test_names_lead_nowhere_and_nothing_is_overwritten(i2p: Run, tmp_path: Path)
     assert "nothing is overwritten" in again.err
     assert (tmp_path / "walk.world").read_bytes() == before
     assert i2p("worlds", "kitchen", "--import", file).status == USAGE
+
+
+LARGE = """    #####
+    #   #
+    #$  #
+  ###  $##
+  #  $ $ #
+### # ## #   ######
+#   # ## #####  ..#
+# $  $          ..#
+##### ### #@##  ..#
+    #     #########
+    #######
+"""
+
+
+def test_of_a_large_level_there_are_the_states_that_can_be_reached_in_time() -> None:
+    spec = read(LARGE)
+    assert spec.state_count > 10**9
+    assert spec.settings.horizon == 20
+    assert spec.is_sparse
+    assert build_dynamics(spec).state_count < 10_000

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from i2pdsl.errors import Source, StoryError
+from i2pdsl.language.check import check_query
 from i2pdsl.language.story import Particles
 from i2pdsl.objective.replay import replay
 from i2pdsl.pipeline import Script, Story

@@ -14,11 +14,13 @@ from i2pdsl.objective.panel import judge, panel
 from i2pdsl.objective.terms import score_script
 from i2pdsl.objective.trust import Copied, Trust
 from i2pdsl.pipeline import Story
+from i2pdsl.render.pictures import pictures_of
 from i2pdsl.results import Result
 from i2pdsl.scripts import Script, script_from
 from i2pdsl.search.candidates import TOLERANCE, faults
-from i2pdsl.vouching import error_in_copy
-from i2pdsl.worlds.grid import method
+from i2pdsl.vouching import error_in_copy, trust_in, vouched, vouched_alone
+from i2pdsl.worlds.grid import around, method
+from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import steps_to
 from i2pdsl.worlds.grid.reduced import reduced
@@ -144,6 +146,38 @@ def test_a_doubtful_script_is_said_to_be_so(found: tuple[Story, Result]) -> None
             assert f"{script.trust.belief:.2g}" in warning.message
 
 
+def test_where_nothing_else_fits_plans_are_exact_around_the_scripts(
+    found: tuple[Story, Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Around all candidates, or around the best one alone; their figures are near to the true."""
+    story, result = found
+    monkeypatch.setattr(method, "PATIENCE_TO_JUDGE", 0.0)
+    task = story.task()
+    held = vouched(story.typed, task.world, result.candidates, task.watch)
+    assert held.world is not task.world
+    for script, ours in zip(result.candidates, held.scripts, strict=True):
+        assert ours.trust.closer == "plans that are exact around the script"
+        assert ours.trust.belief == pytest.approx(script.trust.belief, abs=0.25)
+        assert ours.trust.score == pytest.approx(script.trust.score, abs=0.5)
+    monkeypatch.setattr(around, "PATIENCE", 0.0)
+    nothing = vouched(story.typed, task.world, result.candidates, task.watch)
+    assert nothing.world is task.world
+    assert [s.trust.belief for s in nothing.scripts] == [None] * len(result.candidates)
+    assert (
+        vouched_alone(story.typed, task.world, nothing.scripts[0], task.watch).trust.belief is None
+    )
+    monkeypatch.setattr(around, "PATIENCE", 60.0)
+    alone = vouched_alone(story.typed, task.world, nothing.scripts[0], task.watch)
+    assert alone.trust.belief == pytest.approx(result.script.trust.belief, abs=0.25)
+
+
+def test_the_page_says_how_right_it_is(found: tuple[Story, Result]) -> None:
+    script = found[1].script
+    page = pictures_of([script]).page()
+    assert f"beliefs within {script.trust.belief:.2g} of those by exact plans" in page
+    assert "exact plans" not in pictures_of([planned_exactly(script)]).page()
+
+
 def test_without_anything_nearer_nothing_is_claimed() -> None:
     trust = Trust("additive", "exact plans would take 43.0 GiB", None, None, None)
     assert trust.is_trusted is None
@@ -179,6 +213,20 @@ def test_what_is_nearer_to_exact_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = method.approximation(crowd)
     assert nothing.closer is None
     assert "exact plans would take" in nothing.closer_method
+
+
+def test_worlds_say_that_they_are_additive() -> None:
+    crowd = spec_of(CROWD)
+    exact = crowd.with_settings({"method": "exact"})
+    assert KIND.in_words(crowd)[-1] == "planned additively, 3 at once: beliefs are approximate"
+    assert KIND.in_words(exact) == KIND.in_words(crowd)[:-1]
+    told = KIND.as_json(crowd)
+    assert (told.pop("method"), told.pop("at_once")) == ("additive", 3)
+    assert told == KIND.as_json(exact)
+    trust = trust_in(crowd)
+    assert trust.is_trusted is None
+    assert trust.copied.mean == error_in_copy(*method.approximation(crowd).copy)[0] > 0
+    assert trust_in(exact) is None
 
 
 def test_copies_keep_goals_doors_and_ways() -> None:

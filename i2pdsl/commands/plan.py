@@ -17,6 +17,7 @@ from i2pdsl.output import output, output_json, show
 def plan(world: str, as_json: bool) -> None:
     """Solve a world's planning problem ahead of time and store it."""
     from i2pdsl.progress import Bars
+    from i2pdsl.vouching import trust_in
     from i2pdsl.worlds.find import world_warnings
     from i2pdsl.worlds.kinds import kind_of
 
@@ -24,7 +25,10 @@ def plan(world: str, as_json: bool) -> None:
     show(world_warnings(world, Path()))
     with Bars() as bars:
         planned = kind_of(spec).plan(spec, bars.watch)
+        trust = trust_in(spec)
     if as_json:
-        output_json(planned.document)
-    else:
-        output(planned.words)
+        output_json(planned.document | ({} if trust is None else {"trust": trust.as_json()}))
+        return
+    output(planned.words)
+    if trust is not None:
+        output(trust.in_words())

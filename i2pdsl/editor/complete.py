@@ -183,7 +183,7 @@ def _operands(place: Place, slot: Slot, accepts: frozenset[str]) -> Iterator[Off
         chosen |= {"RPAR"}
     words = [w for w in _terminals(chosen) if not (place.keyword and _is_table(w.text))]
     yield from (w for w in words if w.kind not in _LAST)
-    yield from functions_at(slot)
+    yield from functions_at(place, slot)
     yield from (w for w in words if w.kind in _LAST)
 
 

@@ -57,6 +57,11 @@ _WITHOUT_BELIEFS = ("value", "quantity", "quantity or value", "index", "constant
 MOST_LOOKED_AT = 200  # lets and patterns; of more, those come first that begin as what is typed
 _SUMMARISED = ("latent or script",)  # where what is hidden is taken together
 _CALCULATED = ("any", "number", "condition", "quantity", "quantity or value")
+_GIVEN = {  # where what functions give can stand
+    "number": _CALCULATED,
+    "latents": _SUMMARISED,
+    "event": ("event", "assumption", "script or event"),
+}
 
 
 def names_at(place: Place, slot: Slot) -> Iterator[Offer]:
@@ -76,11 +81,14 @@ def names_at(place: Place, slot: Slot) -> Iterator[Offer]:
         yield Offer("nothing", "keyword", "assume nothing", "drops the usual assumption")
 
 
-def functions_at(slot: Slot) -> Iterator[Offer]:
-    """The functions of numbers, and those that stand for latents, where there can be any."""
+def functions_at(place: Place, slot: Slot) -> Iterator[Offer]:
+    """The functions of numbers, and those that stand for latents or events, where there can be
+    any."""
+    words = place.around.vocabulary
     for word in FUNCTIONS.values():
-        where = _CALCULATED if word.takes == "number" else _SUMMARISED
-        if slot.kind in where and (word.name != "points" or slot.time):
+        # Nobody believes anything where nobody may be wrong.
+        fits = word.gives != "event" or (words is not None and words.readings)
+        if slot.kind in _GIVEN[word.gives] and fits and (word.name != "points" or slot.time):
             yield Offer(word.name, "function", word.signature, word.documentation)
     if slot.kind in (*_CALCULATED, "constant", "cell"):
         yield Offer("pi", "constant", "pi = 3.14159...")

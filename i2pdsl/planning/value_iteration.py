@@ -73,6 +73,7 @@ def solve(
     tolerance: float = 1e-4,
     forgiven: float = 0.0,
     max_sweeps: int = 100_000,
+    start: np.ndarray | None = None,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Solution:
@@ -80,6 +81,7 @@ def solve(
 
     Args:
         forgiven: a residual that will do where rounding keeps it above the tolerance.
+        start: values V [S, P] to begin with.
         progress: called every CYCLE sweeps with (sweeps so far, residual, sweeps expected in all).
         say: is told of damaged programs, which are made again.
 
@@ -89,6 +91,8 @@ def solve(
     run = _Run(problem, max_sweeps, progress, say)
     # The values are h + drift / (1 - gamma); see _Run.
     h, drift = np.zeros((padded_states(states), count), np.float32), np.zeros(count)
+    if start is not None:
+        h[:] = start[np.resize(np.arange(states), len(h))]
     with jax.enable_x64(True):  # in this thread and block only; all types below are explicit
         coarse = count > 2 and states > SMALL  # else single precision gains nothing
         if coarse:

@@ -15,12 +15,14 @@ from i2pdsl.render.focus import in_words
 from i2pdsl.render.mind import PALETTE, Panel, Series
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.hypotheses import (
+    NOWHERE,
     Attitude,
     Minded,
     attitudes_of,
     goal_of,
     rationality_of,
     reading_of,
+    via_of,
 )
 
 # For values that the palette does not name; dashes and labels tell them apart too.
@@ -87,6 +89,11 @@ class Beliefs:
         }
 
     @property
+    def _ways(self) -> dict[str, str]:
+        """Who may want to have been somewhere first, by latent."""
+        return {via_of(c.name): c.name for c in self.cast.characters if c.via}
+
+    @property
     def _places(self) -> dict[str, tuple[str, str]]:
         """Who takes which thing to be somewhere, by latent."""
         return {
@@ -123,6 +130,8 @@ class Beliefs:
         if latent in self._readings:
             reader, other = self._readings[latent]
             return f"{reader} takes {other}: {named}"
+        if latent in self._ways:
+            return f"{self._ways[latent]} by: {named}"
         if latent in self._places:
             return f"{' supposes '.join(self._places[latent])}: {named}"
         return f"{who}: {named}" if latent.startswith("G_") else f"{who} rational: {named}"
@@ -135,6 +144,10 @@ class Beliefs:
         if latent in self._readings:
             who, other = self._readings[latent]
             return f"{who} takes it that {self.goal(other, [str(v) for v in values])}"
+        if latent in self._ways:
+            who, named = self._ways[latent], " or ".join(map(show_value, values))
+            told = "straight to what it wants" if named == NOWHERE else f"by {named} first"
+            return f"{who} wants to go {told}"
         if latent in self._places:
             who, thing = self._places[latent]
             return f"{who} takes {thing} to be at {' or '.join(map(show_value, values))}"
@@ -174,14 +187,17 @@ class Beliefs:
             )
             title = f"what {who} takes {other} to want"
             yield Panel(title, "probability", series, "probability", latent, title)
-        for latent, (who, thing) in _kept(script, self._places):
+        asked = {
+            latent: f"where {who} takes {it} to be" for latent, (who, it) in self._places.items()
+        }
+        asked |= {latent: f"which way {who} wants to go" for latent, who in self._ways.items()}
+        for latent, title in _kept(script, asked):
             places = [str(v) for v in script.world.vocabulary.latents[latent].values]
             curves = _most(places, script.query(f"P({latent} | script[:t])").T)
             series = tuple(
                 replace(s, claim=self._one(latent, [s.label])) if s.label in places else s
                 for s in _all(curves)
             )
-            title = f"where {who} takes {thing} to be"
             yield Panel(title, "probability", series, "probability", latent, title)
 
     def _attitudes(self, script: Script) -> Iterable[Panel]:

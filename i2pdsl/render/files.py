@@ -52,6 +52,7 @@ class PictureFiles:
     Attributes:
         title: of all pictures.
         wishes: what became of those of the story, for the page.
+        note: what is known of how right the film's beliefs are, for the page.
         explained: tells why viewers believe what they do, for the page, where that is one script's.
         names: of the comic, the page and the film, without suffix.
         offered: the formats that there are of this kind of world.
@@ -63,6 +64,7 @@ class PictureFiles:
     look: FilmLook = FilmLook()
     can_be_transparent: bool = False
     wishes: Sequence[Wish] = ()
+    note: str = ""
     explained: Callable[[], Account | None] | None = None
     offered: tuple[str, ...] = FORMATS
     names: tuple[str, str, str] = ("comic", "page", "film")

@@ -29,6 +29,7 @@ def pictures_of(
     pictures = drawing_for(scripts[0].world.spec).pictures(scripts, title)
     if len(scripts) == 1:
         pictures.wishes = scripts[0].wishes
+        pictures.note = "" if scripts[0].trust is None else scripts[0].trust.in_words()
         pictures.explained = lambda: account_of(scripts[0].shown())
     if look is not None:
         if look.transparent and not pictures.can_be_transparent:

@@ -30,13 +30,17 @@ def fields(
         "pushes": [*named("object"), *who],
         "pulls": [*named("object"), *who],
         "carries": named("object"),
+        "opened_by": named("object"),
+        "via": named("tile"),
+        "misreads": who,
         "puts_down": named("object"),
         "drops": named("object"),
         "sprite": list(builtin_sprites()),
         "wall_sprite": list(builtin_sprites()),
         **{key: ["yes", "no"] for key in YES},
     }
-    sets = ("goals", "pushes", "pulls", "carries", "puts_down", "drops")
+    sets = {"goals", "pushes", "pulls", "carries", "puts_down", "opened_by", "via", "misreads"}
+    sets |= {"drops"}
 
     def field(key: str) -> dict[str, Any]:
         setting = words.settings.get(key)

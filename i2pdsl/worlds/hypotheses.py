@@ -60,11 +60,23 @@ class Minded(Protocol):
         """The things that it may want without knowing where they are, and the places where it may
         take each to be."""
 
+    @property
+    def via(self) -> tuple[str, ...]:
+        """Places on one of which it may want to have been before."""
+
 
 def reading_of(name: str, other: str) -> str:
     """The latent that holds what a character takes another to want, or where it takes a thing to
     be."""
     return f"B_{name}_{other}"
+
+
+NOWHERE = "none"  # the value of `via_NAME` of who goes straight to its goal
+
+
+def via_of(name: str) -> str:
+    """The latent that holds where a character wants to have been before it is at its goal."""
+    return f"via_{name}"
 
 
 def readings_of(characters: Sequence[Minded]) -> dict[str, dict[str, str]]:
@@ -105,12 +117,13 @@ def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
 
 def parts_of(characters: Sequence[Minded]) -> tuple[frozenset[str], ...]:
     """The latents of each character: what it wants, whom it cares about, what it takes others to
-    want, and whether it is rational."""
+    want or things to be, where it wants to have been, and whether it is rational."""
     cares = attitudes_of(characters)
     return tuple(
         frozenset(
             (
                 goal_of(c.name),
+                via_of(c.name),
                 rationality_of(c.name),
                 *(each.latent for each in cares if each.who == c.name),
                 *(reading_of(c.name, other) for other in c.misreads),
@@ -140,6 +153,9 @@ def latents_of(characters: Sequence[Minded]) -> dict[str, Latent]:
         for thing, places in c.supposes:
             latent, about = reading_of(c.name, thing), f"where {c.name} takes {thing} to be"
             found[latent] = Latent(latent, "symbol", places, about)
+        if c.via:
+            latent, about = via_of(c.name), f"where {c.name} wants to have been before"
+            found[latent] = Latent(latent, "symbol", (NOWHERE, *c.via), about)
     for c in characters:
         about = f"whether {c.name} acts rationally, or at random"
         rational = rationality_of(c.name)
@@ -188,13 +204,19 @@ def hypotheses_of(
 
 
 def wants_of(character: Minded) -> list[Hypothesis]:
-    """What a rational character may want, and where it then takes that to be."""
-    places, goal = dict(character.supposes), goal_of(character.name)
+    """What a rational character may want, where it then takes that to be, and where it wants to
+    have been before."""
+    places, name = dict(character.supposes), character.name
     found: list[Hypothesis] = []
     for wanted in character.goals:
-        for place in places.get(wanted, (None,)):
-            supposed = {} if place is None else {reading_of(character.name, wanted): place}
-            found.append({goal: wanted, **supposed})
+        for place in places.get(wanted, (wanted,)):
+            row: Hypothesis = {goal_of(name): wanted}
+            row |= {reading_of(name, wanted): place} if wanted in places else {}
+            ways = [NOWHERE, *(via for via in character.via if via != place)]
+            if not character.via or wanted == NOWHERE:
+                found.append(row)
+            else:
+                found += [{**row, via_of(name): via} for via in ways]
     return found
 
 

@@ -192,6 +192,13 @@ class Kind(ABC):
         """How it is planned approximately, as the machine allows; None where plans are exact."""
         return None
 
+    def around(
+        self, world: Any, viewers: tuple[Viewer, ...], paths: Sequence[Trajectory], watch: Watch
+    ) -> tuple[World, list[Trajectory]] | None:
+        """The part of an approximate world that is around some scripts, planned exactly, and the
+        scripts in its numbers; None where that takes too long."""
+        return None
+
     @abstractmethod
     def vocabulary(self, spec: Any) -> Vocabulary:
         """What the language can say of it."""

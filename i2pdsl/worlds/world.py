@@ -16,7 +16,7 @@ from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.language.story import Particles
 from i2pdsl.language.typed import Act, Drop, Point, Turn
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.hypotheses import goal_of
+from i2pdsl.worlds.hypotheses import goal_of, via_of
 
 Array = Any
 Tables = Any
@@ -266,7 +266,7 @@ def switching_of(
     characters do one after the other; empty where nobody thinks that they do.
 
     Hypotheses are in one group that differ in the goal of who acted alone (and in where it takes
-    that to be).
+    that to be, and in the way to it).
 
     Args:
         log_prior: of each viewer, [O, H].
@@ -277,7 +277,11 @@ def switching_of(
     found = []
     for name in words.characters:
         goal, about = goal_of(name), words.readings.get(name, {})
-        own = {goal, *(latent for what, latent in about.items() if what in words.things)}
+        own = {
+            goal,
+            via_of(name),
+            *(latent for what, latent in about.items() if what in words.things),
+        }
         groups: dict[Hashable, list[int]] = {}
         for number, row in enumerate(words.hypotheses):
             rest = frozenset((latent, value) for latent, value in row.items() if latent not in own)

@@ -450,3 +450,13 @@ def test_pins() -> None:
     assert {"at", "moved"} <= found("pin script[4]: ")
     assert {"cheese", "robot"} <= found("pin script[4] = [")
     assert "south" in found("pin script[4] = [robot: ")
+
+
+def test_what_somebody_believes_is_offered_where_somebody_may_be_wrong() -> None:
+    asked = "maximize depict("
+    farm, kitchen = "world farm\nlength 5\n", "world kitchen\nlength 5\n"
+    assert "believes" in words(offered(f"{asked}¦", farm))
+    assert "believes" not in words(offered(f"{asked}¦", kitchen))
+    assert {"dog", "duck"} <= words(offered(f"{asked}believes(¦", farm))
+    assert "G_duck" in words(offered(f"{asked}believes(dog, ¦", farm))
+    assert "believes" not in words(offered("maximize sum_t ¦", farm))

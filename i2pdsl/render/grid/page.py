@@ -45,13 +45,15 @@ def page_html(
     wishes: Sequence[Wish] = (),
     account: Account | None = None,
     clock: tuple[np.ndarray, np.ndarray] | None = None,
+    note: str = "",
 ) -> str:
     """A self-contained page for a finished script (the dict of script.json, T frames).
 
     `panels` cover the frames 0..T. `captions` has T + 1 texts, for the start and each frame;
     without it they are told from the film. `marks` are the moments to line out in the curves;
     without it, those when something falls or vanishes. `clock` is how long frames last, as
-    film.lengths has it; without it, what that says of the film alone.
+    film.lengths has it; without it, what that says of the film alone. `note` stands below the
+    title.
     """
     told = tuple(captions) if captions is not None else frame_captions(stage, script, film)
     events = tuple(marks) if marks is not None else _events(film)
@@ -60,7 +62,7 @@ def page_html(
         moving(stage, film, heading, told, lengths(film) if clock is None else clock),
         panels,
         heading,
-        _about(stage, script),
+        " · ".join(filter(None, (_about(stage, script), note))),
         source,
         events,
         language=language,

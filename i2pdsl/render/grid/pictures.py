@@ -213,6 +213,7 @@ class GridPictures(PictureFiles):
             wishes=self.wishes,
             account=self.account,
             clock=self.clock,
+            note=self.note,
         )
 
     def moving(self) -> Film:

@@ -107,8 +107,8 @@ def _sub_world(
     def character(who: int) -> Character:
         c = spec.characters[who]
         pulls = (known(c.pulls) or NOBODY) if c.pulls else ()
-        c = replace(c, pushes=known(c.pushes), pulls=pulls, misreads=(), cell=None)
-        return c if who in minded else replace(c, goals=(), attitudes=(), models=(), misreads=())
+        c = replace(c, pushes=known(c.pushes), pulls=pulls, misreads=(), supposes=(), cell=None)
+        return c if who in minded else replace(c, goals=(), attitudes=(), models=())
 
     small = replace(
         spec,

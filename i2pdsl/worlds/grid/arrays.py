@@ -23,6 +23,7 @@ class Tables(NamedTuple):
 
     Attributes:
         cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
+        spots [C]: the column of `cells` with which `goals` are looked up, see dynamics.py.
         coordinates [M, 2]: (column, row) of each cell; the rows from N on stand for no cell.
         absent []: the cell number of a thing that is not there, N.
         success [C]: probability that a character's move succeeds.
@@ -35,7 +36,8 @@ class Tables(NamedTuple):
             act together, the value after the frame.
         columns: for each character [O, H], the problem of a hypothesis; P where irrational.
         sharpness: for each character [P], beta of the problem's observer.
-        goals: for each character [P, N + 1], whether a cell is the problem's goal.
+        goals: for each character [P, (N + 1) 2^m], whether it counts as being at its goal in a cell
+            with its m marks (dynamics.py:cells).
         log_prior [O, H]: the belief before anything moved.
         forgetting [O]: share of belief that is reassigned after each action.
         switching: how each character's goal changes after its actions; empty if none does.
@@ -52,6 +54,7 @@ class Tables(NamedTuple):
     cells: Array
     lookup: Array
     strides: Array
+    spots: Array
     successor: tuple[Array, ...]
     coordinates: Array
     absent: Array
@@ -108,6 +111,13 @@ class Against(NamedTuple):
     success: tuple[Array | None, ...]
 
 
+def at_goal(tables: Tables, who: int, here: Array) -> Array:
+    """Whether a character counts as being at its goal in an arrangement, in each of its problems:
+    [..., P]."""
+    spot = tables.cells[here, tables.spots[who]]
+    return namespace(tables.cells).moveaxis(tables.goals[who][:, spot], 0, -1)
+
+
 def arrangement(tables: Tables, state: Array) -> Array:
     """A state without its frame."""
     return state if tables.layer is None else state % tables.layer
@@ -147,7 +157,7 @@ def padded(tables: Tables) -> Tables:
         ),
         terms=tables.terms
         and tuple(t._replace(rows=along(1, cells)(t.rows)) for t in tables.terms),
-        goals=tuple(map(along(1, cells), tables.goals)),
+        goals=tuple(along(1, padded_size(g.shape[1], 128))(g) for g in tables.goals),
     )
 
 

@@ -27,6 +27,7 @@ def as_json(spec: GridSpec) -> dict[str, Any]:
                 "toward": _one([name for name, _ in c.attitudes]),
                 "models": _one(c.models),
                 **({"misreads": list(c.misreads)} if c.misreads else {}),
+                **({"via": list(c.via)} if c.via else {}),
                 **({"supposes": {k: list(v) for k, v in c.supposes}} if c.supposes else {}),
             }
             for c in spec.characters

@@ -2,8 +2,9 @@
 
 A state is the index of a valid arrangement: the cells of the characters and then of the things,
 no two on one cell. An absent thing has the cell number `absent` = number of free cells, and one
-that the k-th character carries `absent` + 1 + k (spec.py:places). Things that are alike stand in
-the order of their cells: whichever arrangement of them an action leads to, it is the same state.
+that the k-th character carries `absent` + 1 + k (spec.py:places); marks are kept in the same way
+(spec.py:marks). Things that are alike stand in the order of their cells: whichever arrangement of
+them an action leads to, it is the same state.
 """
 
 from __future__ import annotations
@@ -31,15 +32,18 @@ Array = Any  # numpy.ndarray or jax.Array: the functions of a world serve both
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The arrays of a world's states. S states, E entities, N cells, A actions of a character: 5,
-    or 9 of one who pulls.
+    """The arrays of a world's states. S states, E entities and marks, N cells, A actions of a
+    character.
 
     Attributes:
-        cells: int16 [S, E] (int32 on maps too large for it), the cell of each entity.
+        cells: int16 [S, E + K] (int32 on maps too large for it), the cell of each entity and mark;
+            then of each character that has marks its cell + (N + 1) m, bit i of m saying whether it
+            has its i-th mark.
+        spots: int [C], the column of `cells` that tells where a character is, with its marks.
         lookup: int32 [M]*E flattened, M = N + 1 or, where something is carried, N + 1 + C, the
             state of an arrangement, -1 where it is invalid; empty where that would be long
             (spec.py:is_sparse).
-        strides: int [E], so that lookup[(cells * strides).sum()] is the state.
+        strides: int [E + K], so that lookup[(cells * strides).sum()] is the state.
         known: int64 [K], where `lookup` is empty: the numbers that it would have, sorted.
         states: int32 [K], their states.
         successor: for each character int32 [A, S], the state after its action if it succeeds; the
@@ -54,6 +58,7 @@ class Dynamics:
     coordinates: np.ndarray
     known: np.ndarray
     states: np.ndarray
+    spots: np.ndarray
 
     def find(self, codes: np.ndarray) -> np.ndarray:
         """The states of arrangements, (cells * strides).sum(); -1 where one is invalid."""
@@ -82,7 +87,7 @@ class Dynamics:
 def build_dynamics(spec: GridSpec) -> Dynamics:
     """Enumerates the states of a world and all moves."""
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
-    count, entities = len(coordinates), len(spec.entities)
+    count, entities = len(coordinates), len(spec.entities) + len(spec.marks)
     strides = spec.place_count ** np.arange(entities - 1, -1, -1, dtype=np.int64)
     neighbour = _neighbours(spec, count)
     cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
@@ -97,15 +102,58 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
     else:
         for codes in orders:
             lookup[codes] = states
-    plain = Dynamics(cells, lookup, strides, (), coordinates, known, numbers)
+    more, spots = _marked_cells(spec, cells)
+    strides = np.concatenate([strides, np.zeros(more.shape[1], dtype=strides.dtype)])
+    cells = np.concatenate([cells, more.astype(cells.dtype)], axis=1)
+    plain = Dynamics(cells, lookup, strides, (), coordinates, known, numbers, spots)
     successor = tuple(
         # From the last frame of a limited world nothing leads on.
         np.where((after := plain.find(codes)) >= 0, after, states)
         for codes in (
-            _successors(spec, who, cells, neighbour, strides) for who in range(len(spec.characters))
+            _successors(spec, who, cells[:, :entities], neighbour, strides[:entities])
+            for who in range(len(spec.characters))
         )
     )
     return replace(plain, successor=successor)
+
+
+def _marked_cells(spec: GridSpec, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """For each character that has marks, where it is with them: [S, K], and its column [C]."""
+    first, own = len(spec.entities), [who for who, _ in spec.marks]
+    found: list[np.ndarray] = []
+    spots = np.arange(len(spec.characters))
+    for who in dict.fromkeys(own):
+        been = [cells[:, first + m] > len(spec.free_cells) for m, w in enumerate(own) if w == who]
+        bits = sum(mark.astype(np.int64) << bit for bit, mark in enumerate(been))
+        spots[who] = cells.shape[1] + len(found)
+        found.append(cells[:, who] + (len(spec.free_cells) + 1) * bits)
+    return np.array(found, dtype=np.int64).reshape(len(found), len(cells)).T, spots
+
+
+def initial_marks(spec: GridSpec, cells: np.ndarray) -> np.ndarray:
+    """The marks [..., M] of characters who have been nowhere but where they are, of cells
+    [..., C]."""
+    absent, number = len(spec.free_cells), {cell: i for i, cell in enumerate(spec.free_cells)}
+    tiles = {tile.name: [number[cell] for cell in tile.cells] for tile in spec.tiles}
+    been = [
+        np.where(np.isin(cells[..., who], tiles[tile]), absent + 1 + who, absent)
+        for who, tile in spec.marks
+    ]
+    return np.stack(been, axis=-1) if been else np.zeros((*cells.shape[:-1], 0), dtype=np.int64)
+
+
+def _with_marks(spec: GridSpec, codes: np.ndarray, strides: np.ndarray) -> np.ndarray:
+    """The numbers of arrangements in which everybody who is on a tile of a mark of its own has
+    it."""
+    if not spec.marks:
+        return codes
+    count, first = len(spec.characters), len(spec.entities)
+    digit = lambda column: codes // strides[column] % spec.place_count
+    here = initial_marks(spec, np.stack([digit(who) for who in range(count)], axis=-1))
+    for number in range(len(spec.marks)):
+        before = digit(first + number)
+        codes = codes + (np.maximum(before, here[..., number]) - before) * strides[first + number]
+    return codes
 
 
 def _arrangements(spec: GridSpec, count: int) -> np.ndarray:
@@ -131,7 +179,7 @@ def _orders(spec: GridSpec) -> list[list[int]]:
     """Every order of the entities [E] in which those that are alike have changed places."""
     found = []
     for changed in product(*(permutations(group) for group in spec.groups)):
-        order = list(range(len(spec.entities)))
+        order = list(range(len(spec.entities) + len(spec.marks)))
         for group, places in zip(spec.groups, changed, strict=True):
             for entity, place in zip(group, places, strict=True):
                 order[entity] = place
@@ -175,6 +223,7 @@ def _in_reach(spec: GridSpec, neighbour: Neighbours, strides: np.ndarray) -> np.
     of a frame too, sorted."""
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     start = np.array([[number[cell] for cell in spec.placed if cell is not None]])
+    start = np.concatenate([start, initial_marks(spec, start)], axis=1)
     found = ends = np.unique(_codes(spec, start, strides))
 
     def after(codes: np.ndarray, who: int) -> np.ndarray:
@@ -265,7 +314,7 @@ def _successors(
                 index += np.where(follows, (own - behind) * strides[other], 0)
             possible &= held
         result[row] = np.where(possible, index, base)
-    return result
+    return _with_marks(spec, result, strides)
 
 
 def _put(

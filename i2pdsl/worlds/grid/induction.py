@@ -17,7 +17,7 @@ import numpy as np
 
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import model
-from i2pdsl.worlds.grid.arrays import Against, Tables, arrangement, namespace
+from i2pdsl.worlds.grid.arrays import Against, Tables, arrangement, at_goal, namespace
 
 Array = Any
 Report = Callable[[int, float, float | None], None]
@@ -77,12 +77,11 @@ def implied(
 
 def _standing(tables: Tables, against: tuple[Against, ...], who: int, place: Array) -> Array:
     """How many rewards of the end a character has: its own, and others' by rho: [..., P]."""
-    xp = namespace(tables.cells)
-    reward = xp.moveaxis(tables.goals[who][:, tables.cells[place, who]], 0, -1) * 1.0
+    reward = at_goal(tables, who, place) * 1.0
     for more, mine in enumerate(against, 1):
         other = (who + more) % len(tables.goals)
         if mine.problem is not None:
-            theirs = xp.moveaxis(tables.goals[other][:, tables.cells[place, other]], 0, -1)
+            theirs = at_goal(tables, other, place)
             reward = reward + mine.rho * (mine.known * theirs[..., mine.problem])
     return reward
 

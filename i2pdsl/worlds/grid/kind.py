@@ -64,14 +64,35 @@ class GridKind(Kind):
 
         return approximation(spec)
 
+    def around(
+        self,
+        world: GridWorld,
+        viewers: tuple[Viewer, ...],
+        paths: Sequence[Trajectory],
+        watch: Watch,
+    ) -> tuple[GridWorld, list[Trajectory]] | None:
+        from i2pdsl.worlds.grid.around import around
+
+        return around(world, viewers, paths, watch.say)
+
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)
 
     def as_json(self, spec: GridSpec) -> dict[str, Any]:
-        return describe.as_json(spec)
+        from i2pdsl.worlds.grid.method import at_once
+
+        most = at_once(spec)
+        told = {} if most is None else {"method": "additive", "at_once": most}
+        return describe.as_json(spec) | told
 
     def in_words(self, spec: GridSpec) -> list[str]:
-        return describe.in_words(spec)
+        from i2pdsl.worlds.grid.method import at_once
+
+        most = at_once(spec)
+        told = (
+            [] if most is None else [f"planned additively, {most} at once: beliefs are approximate"]
+        )
+        return describe.in_words(spec) + told
 
     def warnings(
         self, spec: GridSpec, where: str, story: TypedStory | None = None

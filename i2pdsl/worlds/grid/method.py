@@ -9,7 +9,7 @@ from functools import partial
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.sizes import memory_limit
-from i2pdsl.worlds.grid.additive import SubWorld, core, sub_worlds, summed
+from i2pdsl.worlds.grid.additive import SubWorld, sub_worlds, summed
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import (
     LARGEST_INDEX,
@@ -40,17 +40,20 @@ SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
 def at_once(spec: GridSpec) -> int | None:
     """How many entities are planned for together; None where all are, exactly."""
     method, most = spec.settings.method, spec.settings.at_once
-    if not is_plain(spec) or method == "exact" or most >= len(spec.entities):
+    if not is_plain(spec) or method == "exact" or spec.marks:
         return None
     if method == "additive":
-        return most
-    fits = estimated_bytes(spec) <= memory_limit() and estimated_seconds(spec) <= PATIENCE
-    return None if fits or _needs_all(spec) else most
+        return most if most < len(spec.entities) else None
+    if estimated_bytes(spec) <= memory_limit() and estimated_seconds(spec) <= PATIENCE:
+        return None
+    fewer = range(min(most, len(spec.entities) - 1), 1, -1)
+    return next((n for n in fewer if _fits(spec, n)), None)
 
 
-def _needs_all(spec: GridSpec) -> bool:
-    """Whether some sub-world would be the whole world."""
-    return any(len(core(spec, who)) >= len(spec.entities) for who in range(len(spec.characters)))
+def _fits(spec: GridSpec, most: int) -> bool:
+    """Whether an additive plan takes little enough memory and time."""
+    seconds = sum(estimated_seconds(part.spec, part.keys) for part in _parts(spec, most))
+    return additive_bytes(spec, most) <= memory_limit() and seconds <= PATIENCE
 
 
 def estimated_seconds(spec: GridSpec, keys: Keys | None = None) -> float:

@@ -28,6 +28,7 @@ from i2pdsl.worlds.grid.arrays import (
     Moves,
     Tables,
     arrangement,
+    at_goal,
     continued,
     namespace,
 )
@@ -41,7 +42,7 @@ def action_values(tables: Tables, who: int, state: Array) -> Array:
     """Q(s, a) of every planning problem: [..., A, P] (model.md, "Kitchen")."""
     xp = namespace(tables.cells)
     here = arrangement(tables, state)
-    on_goal = xp.moveaxis(tables.goals[who][:, tables.cells[here, who]], 0, -1)
+    on_goal = at_goal(tables, who, here)
     cost = tables.cost[: len(tables.successor[who])]
     ground = tables.ground[tables.cells[here, who]][..., None, None]
     reward = tables.reward * on_goal[..., None, :] + (cost[:, None] - ground)
@@ -97,7 +98,7 @@ def others_reward(
     cost = cost - tables.ground[tables.cells[here, other]][..., None]
     if against.problem is None:
         return cost * 0
-    goals = xp.moveaxis(tables.goals[other][:, tables.cells[here, other]], 0, -1)
+    goals = at_goal(tables, other, here)
     return xp.where(against.known, cost + tables.reward * goals[..., against.problem], 0)
 
 

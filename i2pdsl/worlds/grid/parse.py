@@ -47,6 +47,7 @@ from i2pdsl.worlds.hypotheses import (
     rationality_of,
     reading_of,
     readings_of,
+    via_of,
 )
 
 EVENTS = ("deus",)
@@ -222,6 +223,9 @@ class _Reader(MapReader):
                     found[ATTITUDE] = f"the latent of `{block.name}`'s attitude"
                 for toward in self.targets(block):
                     found[attitude_of(block.name, toward)] = found[ATTITUDE]
+                if "via" in block.entries:
+                    about = f"the latent of where `{block.name}` wants to have been"
+                    found[via_of(block.name)] = about
                 for key, keyword in (("misreads", "character"), ("supposes", "object")):
                     if key in block.entries:
                         about = f"a latent of what `{block.name}` takes for true"
@@ -551,6 +555,7 @@ class _Reader(MapReader):
             modelled,
             tuple(name for name in misreads if name in modelled),
             supposes,
+            self.words(block, "via", tiles, "tile"),
             next(iter(self.first_places(block, rows, 1)), None),
             self.sprites.of(block, "sprite", "blob"),
             self.color(block, "color", "#7c9cc0"),

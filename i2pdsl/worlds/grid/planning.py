@@ -25,6 +25,7 @@ from i2pdsl.worlds.grid.problems import (
     ground,
     imagined,
     on_goal,
+    plain,
     problem_keys,
     rules_of,
 )
@@ -178,7 +179,8 @@ def _plan_of(
 def _digest(keys: Keys) -> str:
     import hashlib
 
-    return hashlib.sha256(json.dumps(keys).encode()).hexdigest()[:8]
+    text = json.dumps([[plain(key) for key in each] for each in keys])
+    return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
 def solve(
@@ -209,7 +211,7 @@ def solve(
         if not keys[who]:
             found[who] = np.zeros((dynamics.state_count, 0))
             continue
-        problem = _problem_of(spec, dynamics, who, keys, found)
+        problem = family_of(spec, dynamics, who, keys, found)
         try:
             solution = solve_problems(
                 problem,
@@ -226,14 +228,14 @@ def solve(
     return Plan(keys, arrays, max(residuals), bound, seconds)
 
 
-def _problem_of(
+def family_of(
     spec: GridSpec,
     dynamics: Dynamics,
     who: int,
     keys: Keys,
     found: dict[int, np.ndarray],
 ) -> Problem:
-    """The problems of a character; they need the continuations of those whom it models."""
+    """All problems of a character; they need the continuations of those whom it models."""
     problem = _alone(spec, dynamics, who, keys[who])
     answers = []
     for other in answering(spec, who):
@@ -311,11 +313,11 @@ def _not_settled(spec: GridSpec, reason: str) -> StoryError:
 
 def _alone(spec: GridSpec, dynamics: Dynamics, who: int, keys: tuple[Key, ...]) -> Problem:
     """The problems of a character whom nobody answers."""
-    own = [key.goal for key in keys]
+    own = [key._replace(others=()) for key in keys]
     goals = list(dict.fromkeys(own))
-    standing = on_goal(spec, dynamics, goals) * spec.settings.goal
-    here = dynamics.cells[:, who]
-    reward = standing[:, here].T - ground(spec, dynamics)[here, None]
+    standing = on_goal(spec, dynamics, who, goals) * spec.settings.goal
+    here, spot = dynamics.cells[:, who], dynamics.cells[:, dynamics.spots[who]]
+    reward = standing[:, spot].T - ground(spec, dynamics)[here, None]
     return Problem(
         successor=dynamics.successor[who],
         success=spec.characters[who].success,

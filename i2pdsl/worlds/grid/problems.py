@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
 from typing import Any, NamedTuple
@@ -11,21 +12,30 @@ import numpy as np
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all
-from i2pdsl.worlds.grid.spec import STAY, Character, GridSpec
+from i2pdsl.worlds.grid.spec import NO_GOAL, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import (
     Hypothesis,
     attitudes_of,
     goal_of,
     rationality_of,
     reading_of,
+    via_of,
 )
 
 
 class Key(NamedTuple):
-    """A planning problem of a character: what it wants, and what it thinks of those it models."""
+    """A planning problem of a character: what it wants, what it thinks of those it models, and the
+    tile where it wants to have been before; empty without one."""
 
     goal: str
     others: tuple[Modelled, ...] = ()
+    via: str = ""
+
+
+def plain(key: Key) -> list[Any]:
+    """A problem as JSON has it, without what plays no part in it."""
+    others = [(name, rho, other and plain(other)) for name, rho, other in key.others]
+    return [key.goal, others, *([key.via] if key.via else [])]
 
 
 class Modelled(NamedTuple):
@@ -103,7 +113,8 @@ def problem_of(spec: GridSpec, character: Character, row: Hypothesis) -> Key:
         others.append(Modelled(name, rho, key))
     goal = str(row[goal_of(character.name)])
     place = row[reading_of(character.name, goal)] if goal in dict(character.supposes) else goal
-    return Key(str(place), tuple(others))
+    via = row.get(via_of(character.name), NO_GOAL)
+    return Key(str(place), tuple(others), "" if via in (NO_GOAL, place) else str(via))
 
 
 def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
@@ -114,14 +125,18 @@ def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
     return cost
 
 
-def on_goal(spec: GridSpec, dynamics: Dynamics, goals: list[str]) -> np.ndarray:
-    """Whether each cell is one of a goal's: bool [G, N + 1]; absence and no goal never are."""
+def on_goal(spec: GridSpec, dynamics: Dynamics, who: int, keys: Sequence[Key]) -> np.ndarray:
+    """Whether a character counts as being at its goal in each cell, with each set of its m marks:
+    bool [P, 2^m (N + 1)]; never where it is absent, wants nothing, or has not been where it wants
+    to have been before."""
     number = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
     cells = {t.name: [number[c] for c in t.cells] for t in spec.tiles}
-    table = np.zeros((len(goals), len(number) + 1), dtype=bool)
-    for i, goal in enumerate(goals):
-        table[i, cells.get(goal, [])] = True
-    return table
+    via = spec.characters[who].via
+    table = np.zeros((len(keys), 2 ** len(via), len(number) + 1), dtype=bool)
+    for i, key in enumerate(keys):
+        been = [m for m in range(2 ** len(via)) if not key.via or m >> via.index(key.via) & 1]
+        table[i][np.ix_(been, cells.get(key.goal, []))] = True
+    return table.reshape(len(keys), -1)
 
 
 def ground(spec: GridSpec, dynamics: Dynamics) -> np.ndarray:
@@ -207,11 +222,12 @@ def rules_of(
         frames: whether the numbers of states tell the frame.
     """
     nothing = np.zeros(0)
-    goals = tuple(on_goal(spec, dynamics, [key.goal for key in each]) for each in keys)
+    goals = tuple(on_goal(spec, dynamics, who, each) for who, each in enumerate(keys))
     return Tables(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
         strides=dynamics.strides,
+        spots=dynamics.spots,
         successor=dynamics.successor,
         coordinates=dynamics.coordinates,
         absent=np.array(dynamics.absent),

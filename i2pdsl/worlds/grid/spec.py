@@ -60,6 +60,7 @@ class Character:
         models: the others whose plans this one sees through; those of `attitudes` are among them.
         misreads: those of them of whom it may be wrong about what they want.
         supposes: the objects that it may want, and the tiles on which it may take each to be.
+        via: tiles on one of which it may want to have been first.
         carries: the objects that it takes by stepping on their cells.
         puts_down: those of them that it can put down, or hand over, the first first.
         diagonals: whether it also moves aslant.
@@ -77,6 +78,7 @@ class Character:
     models: tuple[str, ...] = ()
     misreads: tuple[str, ...] = ()
     supposes: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    via: tuple[str, ...] = ()
     cell: Cell | None = None  # where it is at first; None where the story says
     sprite: str = "blob"
     color: str = "#7c9cc0"
@@ -210,9 +212,17 @@ class GridSpec:
         return tuple(found)
 
     @property
+    def marks(self) -> tuple[tuple[int, str], ...]:
+        """What a state remembers: the number of a character, and a tile where it has been or not.
+
+        A mark is kept as if it were one more thing, which is absent until that character has it.
+        """
+        return tuple((who, tile) for who, c in enumerate(self.characters) for tile in c.via)
+
+    @property
     def places(self) -> tuple[tuple[int, ...], ...]:
-        """The numbers of the cells that each entity can be on, [E]: those of the free cells; then
-        that of absence; then, for what is carried, that of each character who has it.
+        """The numbers of the cells that each entity and then each mark can be on: those of the free
+        cells; then that of absence; then, for what is carried, that of each character who has it.
 
         A door, or what is taken and not put down, is only where it is at first.
         """
@@ -227,7 +237,7 @@ class GridSpec:
             else:
                 held = tuple(absent + 1 + who for who in self.holders(thing.name))
                 found += [everywhere + (absent,) * thing.may_be_absent + held] * thing.count
-        return tuple(found)
+        return (*found, *((absent, absent + 1 + who) for who, _ in self.marks))
 
     def is_fixed(self, thing: Thing) -> bool:
         """Whether something stays where it is at first, until it is taken for good or opened."""
@@ -244,20 +254,21 @@ class GridSpec:
     @property
     def place_count(self) -> int:
         """How many numbers of cells there are: of free ones, of absence, and of being carried."""
-        carried = any(c.carries for c in self.characters)
+        carried = any(c.carries or c.via for c in self.characters)
         return len(self.free_cells) + 1 + carried * len(self.characters)
 
     @property
     def arrangement_count(self) -> int:
         """How many arrangements of the entities there are, valid or not."""
-        return self.place_count ** len(self.entities)
+        return self.place_count ** (len(self.entities) + len(self.marks))
 
     @property
     def is_sparse(self) -> bool:
         """Whether arrangements are looked for among the valid ones, since a table of all would be
         long; what falls needs the table."""
         alike = math.prod(math.factorial(thing.count) for thing in self.things)
-        long = max(MOST_LISTED, 8 * alike * self.state_count)
+        # Of a limited world nobody knows how few states there are.
+        long = MOST_LISTED if self.is_limited else max(MOST_LISTED, 8 * alike * self.state_count)
         return not self.events and long < self.arrangement_count < 2**62
 
     @property
@@ -304,7 +315,7 @@ class GridSpec:
                 arrangements *= max(0, cells - fixed - k)
             total += arrangements
         alike = math.prod(math.factorial(thing.count) for thing in self.things)
-        return total // alike
+        return total // alike * 2 ** len(self.marks)
 
     @property
     def frame_count(self) -> int:
@@ -352,7 +363,15 @@ class GridSpec:
             *(
                 (item, key)
                 for item in content["characters"]
-                for key in ("pulls", "carries", "puts_down", "diagonals", "misreads", "supposes")
+                for key in (
+                    "pulls",
+                    "carries",
+                    "puts_down",
+                    "diagonals",
+                    "misreads",
+                    "supposes",
+                    "via",
+                )
             ),
             *((item, "opened_by") for item in content["things"]),
             *((item, key) for item in content["tiles"] for key in ("cost", "one_way")),

@@ -65,5 +65,6 @@ def _keeps_goals(
     if any(images[number[cell]] != number[cell] for cells in fixed for cell in cells):
         return False
     wanted = [set(c.goals) for c in spec.characters]
+    wanted += [set(c.via) for c in spec.characters]
     wanted += [set(places) for c in spec.characters for _, places in c.supposes]
     return all({renamed.get(goal, goal) for goal in goals} == goals for goals in wanted)

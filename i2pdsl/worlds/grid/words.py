@@ -23,6 +23,7 @@ KEYS: dict[str, tuple[str, ...]] = {
             "models",
             "misreads",
             "supposes",
+            "via",
             "symbol",
             "cell",
             "sprite",

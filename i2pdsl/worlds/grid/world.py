@@ -16,7 +16,7 @@ from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
 from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
-from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics, initial_marks
 from i2pdsl.worlds.grid.method import check_size, planned
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
@@ -203,7 +203,7 @@ class GridWorld:
         )
         if name not in ("sees", "distance"):
             return found
-        table = self._sight if name == "sees" else self._walks
+        table = self._sight if name == "sees" else self.walks
         first, other = found
         if isinstance(other, int):
             return first, other, table.reshape(-1)
@@ -215,7 +215,8 @@ class GridWorld:
         return in_sight(self.dynamics.coordinates, self.spec.walls)
 
     @cached_property
-    def _walks(self) -> np.ndarray:
+    def walks(self) -> np.ndarray:
+        """The steps from each cell to each: [N, N]."""
         return walking(self.dynamics.coordinates, self.spec.walls)
 
     def act(self, tables: Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
@@ -290,13 +291,14 @@ class GridWorld:
         raise NotImplementedError("actions are listed, not descended to")
 
     def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
-        """All arrangements, with everybody in the place that the world gives him at first."""
+        """All arrangements, with everybody in the place that the world gives him at first, and
+        nobody having been anywhere else."""
         placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
         given = [entity for entity, cell in enumerate(placed) if cell >= 0]
-        cells = self.dynamics.cells
-        if not given:
-            return np.arange(len(cells))
-        return np.flatnonzero((cells[:, given] == np.array(placed)[given]).all(1))
+        cells, first = self.dynamics.cells, len(self.spec.entities)
+        begins = (cells[:, given] == np.array(placed, dtype=int)[given]).all(1)
+        marks = cells[:, first : first + len(self.spec.marks)]
+        return np.flatnonzero(begins & (marks == initial_marks(self.spec, cells)).all(1))
 
 
 def with_policies(tables: Tables) -> Tables:
@@ -379,7 +381,7 @@ def assemble(
             else np.concatenate([p.continuation[who] for p in distinct], axis=1)
         )
         keys = [key for p in distinct for key in p.keys[who]]
-        goals.append(on_goal(spec, dynamics, [key.goal for key in keys]))
+        goals.append(on_goal(spec, dynamics, who, keys))
         beta = np.empty(len(keys))
         most = len(plans[0].keys[who]) + 1 if spec.is_sampled else len(rows)
         column = np.full((len(viewers), most), len(keys))
@@ -403,6 +405,7 @@ def assemble(
         cells=dynamics.cells,
         lookup=dynamics.lookup,
         strides=dynamics.strides,
+        spots=dynamics.spots,
         successor=dynamics.successor,
         coordinates=coordinates,
         absent=np.array(dynamics.absent),

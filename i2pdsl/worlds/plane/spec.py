@@ -80,6 +80,10 @@ class PlaneCharacter:
         return ()
 
     @property
+    def via(self) -> tuple[str, ...]:
+        return ()
+
+    @property
     def supposes(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         return ()
 

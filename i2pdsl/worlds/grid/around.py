@@ -1,0 +1,187 @@
+"""Exact planning around scripts of an additive world, where exact plans for all of it do not fit.
+
+What scripts tell of values are those where they lead, and things stand in few places there. So all
+arrangements are planned exactly in which the things stand as in one of the scripts, or so that a
+few moves of one of them lead there; the characters may be anywhere. What leads out of these has the
+additive values: beyond, things may still be in each other's way in ways that are not known of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from i2pdsl.planning.problem import Problem
+from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.arrays import Tables, continued
+from i2pdsl.worlds.grid.dynamics import Dynamics
+from i2pdsl.worlds.grid.method import SWEEP_SECONDS, planned
+from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
+from i2pdsl.worlds.grid.problems import rules_of
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import Viewer
+
+EXACT = 1e-3  # of values: a probability is then right to about as much
+MOST_MOVES = 1  # of things, away from where they are in a script
+PATIENCE = 60.0  # seconds of planning
+SWEEPS = 5  # for each 1 / (1 - gamma): where something ends, values settle more slowly
+
+
+def around(
+    world: GridWorld,
+    viewers: tuple[Viewer, ...],
+    paths: Sequence[Trajectory],
+    say: Callable[[str], None] | None = None,
+) -> tuple[GridWorld, list[Trajectory]] | None:
+    """The part of an additive world around some scripts, planned exactly, and the scripts in its
+    numbers; None where that takes too long."""
+    spec, dynamics, walks = world.spec, world.dynamics, world.walks
+    seen = np.unique(np.concatenate([_visited(world, path) for path in paths]))
+    everywhere = len(walks) ** len(spec.characters)
+    for moves in (MOST_MOVES, 0):
+        placed = placements(spec, dynamics, walks, seen, moves)
+        if _seconds(world, len(placed) * everywhere) <= PATIENCE:
+            break
+    else:
+        return None
+    states = arrangements(spec, dynamics, placed)
+    part, numbers = cut_out(dynamics, states)
+    plans = {}
+    for viewer in viewers:
+        key = viewer.spec.planning_key
+        if key not in plans:
+            plan = planned(viewer.spec, dynamics, say=say)
+            plans[key] = solve_around(viewer.spec, dynamics, plan, part, numbers, len(states), say)
+    found = assemble(spec, part, viewers, [plans[v.spec.planning_key] for v in viewers])
+    return found, [replace(p, states=np.searchsorted(states, p.states)) for p in paths]
+
+
+def _visited(world: GridWorld, path: Trajectory) -> np.ndarray:
+    """The states of a script, in the middle of its frames too."""
+    steps, _ = model.steps(world.tables, world.moves, path.states[:-1], path.actions)
+    return np.concatenate([path.states, *(step.before for step in steps)])
+
+
+def _seconds(world: GridWorld, states: int) -> float:
+    """How long it takes to plan for so many states, roughly."""
+    problems = sum(table.shape[1] for table in world.tables.continuation)
+    sweeps = SWEEPS / (1 - world.spec.settings.gamma)
+    return SWEEP_SECONDS * states * problems * len(world.spec.characters) * sweeps
+
+
+def placements(
+    spec: GridSpec, dynamics: Dynamics, walks: np.ndarray, states: np.ndarray, moves: int
+) -> np.ndarray:
+    """The cells [n, things] of the things in some states, or so that so many moves of one of them
+    by one cell lead there.
+
+    Args:
+        walks: [N, N], the steps from each cell to each.
+    """
+    count = len(spec.characters)
+    placed = np.unique(dynamics.cells[states][:, count:].astype(np.int64), axis=0)
+    for _ in range(moves):
+        found = [placed]
+        for thing in range(placed.shape[1]):
+            on_map = placed[placed[:, thing] < len(walks)]
+            row, cell = np.nonzero(walks[on_map[:, thing]] == 1)
+            moved = on_map[row]
+            moved[:, thing] = cell
+            found.append(moved)
+        placed = np.unique(np.concatenate(found), axis=0)
+    return placed
+
+
+def arrangements(spec: GridSpec, dynamics: Dynamics, placed: np.ndarray) -> np.ndarray:
+    """All states in which the things stand so, and the characters anywhere; sorted."""
+    count, free = len(spec.characters), range(len(spec.free_cells))
+    anywhere = np.stack(np.meshgrid(*(free,) * count, indexing="ij"), axis=-1)
+    codes = anywhere.reshape(-1, count) @ dynamics.strides[:count]
+    every = dynamics.find((codes[:, None] + placed @ dynamics.strides[count:]).reshape(-1))
+    return np.unique(every[every >= 0])
+
+
+def cut_out(dynamics: Dynamics, states: np.ndarray) -> tuple[Dynamics, np.ndarray]:
+    """Some states as a world of their own, and the numbers [L] of its states: first these, then
+    those that they lead to, from which nothing leads on."""
+    ends = np.unique(np.concatenate([s[:, states].reshape(-1) for s in dynamics.successor]))
+    numbers = np.concatenate([states, np.setdiff1d(ends, states)])
+    local = np.full(dynamics.state_count + 1, -1, dtype=np.int32)  # the last one for invalid ones
+    local[numbers] = np.arange(len(numbers), dtype=np.int32)
+    within = np.arange(len(numbers)) < len(states)
+    successor = tuple(
+        np.where(within, local[after[:, numbers]], np.arange(len(numbers), dtype=np.int32))
+        for after in dynamics.successor
+    )
+    kept = local[dynamics.states] >= 0
+    return Dynamics(
+        dynamics.cells[numbers],
+        local[dynamics.lookup],
+        dynamics.strides,
+        successor,
+        dynamics.coordinates,
+        dynamics.known[kept],
+        local[dynamics.states[kept]],
+        dynamics.spots,
+    ), numbers
+
+
+def solve_around(
+    spec: GridSpec,
+    dynamics: Dynamics,
+    plan: Plan,
+    part: Dynamics,
+    numbers: np.ndarray,
+    inside: int,
+    say: Callable[[str], None] | None = None,
+) -> Plan:
+    """The exact plan of a part of a world, given additive values where it ends.
+
+    Args:
+        plan: the additive one.
+        part, numbers: see `cut_out`.
+        inside: so many of the part's states are planned for.
+    """
+    from i2pdsl.planning.value_iteration import solve
+
+    rules = rules_of(spec, dynamics, plan.keys, frames=False)
+    tables = rules._replace(continuation=plan.continuation, terms=plan.terms)
+    found: dict[int, np.ndarray] = {}
+    residuals = []
+    for who in map(spec.characters.index, spec.by_depth):
+        problem = family_of(spec, part, who, plan.keys, found)
+        start, problem = _ended(tables, who, part, numbers, inside, problem)
+        tolerance = EXACT * (1 - spec.settings.gamma)
+        solution = solve(problem, tolerance=tolerance, forgiven=FORGIVEN, start=start, say=say)
+        found[who] = solution.continuation
+        residuals.append(solution.residual)
+    values = tuple(found[who] for who in range(len(plan.keys)))
+    return Plan(plan.keys, values, max(residuals), float("nan"))
+
+
+def _ended(
+    tables: Tables, who: int, part: Dynamics, numbers: np.ndarray, inside: int, problem: Problem
+) -> tuple[np.ndarray, Problem]:
+    """A character's problems, with rewards for which staying for ever where the part ends is worth
+    the additive values: those after its own action, or before, where only others lead there. And
+    values to begin with, [L, P]."""
+    ends, gamma = slice(inside, None), problem.gamma
+    start = model.action_values(tables, who, numbers).max(-2)
+    own = np.unique(part.successor[who][:, :inside])
+    own = own[own >= inside]
+    start[own] = continued(tables, who, numbers[own])
+    reward = problem.reward[:, problem.goal]
+    reward[ends] = (1 - gamma) * start[ends] - problem.cost.max()
+    answers = []
+    for answer in problem.answers:
+        if answer.social is not None:
+            social = answer.social.copy()
+            social[ends] = 0
+            answer = replace(answer, social=social)
+        answers.append(answer)
+    goal = np.arange(len(problem.goal))
+    return start, replace(problem, reward=reward, goal=goal, answers=tuple(answers))

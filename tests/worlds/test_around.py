@@ -1,0 +1,149 @@
+"""Exact planning around scripts, against plain loops and against exact plans of everything."""
+
+from __future__ import annotations
+
+from functools import cache
+from random import Random
+
+import numpy as np
+import pytest
+
+from i2pdsl.errors import Source
+from i2pdsl.worlds.grid import around as subject
+from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.arrays import continued
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.world import GridWorld, build_world
+from i2pdsl.worlds.record import Trajectory
+from i2pdsl.worlds.world import Viewer
+from worlds_for_tests import trajectory
+
+CROWD = """
+map
+    P..
+    ..G
+tile pink
+    symbol = P
+tile green
+    symbol = G
+character cheese
+    success = 0.6
+    goals = {pink, green}
+    pushes = table
+character robot
+    goals = {pink, none}
+    pushes = {cheese, table, chair}
+    toward = cheese
+    attitude = {-1, 1}
+object table
+object chair
+planning
+    gamma = 0.8
+    method = METHOD
+"""
+
+
+@cache
+def world(method: str) -> GridWorld:
+    text = CROWD.replace("METHOD", method)
+    return build_world(parse_world(Source("crowd.world", text), "crowd"))
+
+
+def scripts(count: int, length: int) -> list[Trajectory]:
+    """Scripts of random turns."""
+    found, random, crowd = [], Random(3), world("additive")
+    for _ in range(count):
+        state = start = random.randrange(crowd.dynamics.state_count)
+        actions = []
+        for _ in range(length):
+            turns = crowd.turns(crowd.tables, np.asarray(state))
+            actions.append(random.choice(np.flatnonzero(turns.valid).tolist()))
+            state = int(turns.state[actions[-1]])
+        found.append(trajectory(crowd, start, np.array(actions)))
+    return found
+
+
+def part_of(paths: list[Trajectory]) -> tuple[GridWorld, list[Trajectory]]:
+    crowd = world("additive")
+    found = subject.around(crowd, (Viewer(crowd.spec),), paths)
+    assert found is not None
+    return found
+
+
+def test_what_is_around_everything_is_planned_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "MOST_MOVES", 12)
+    (part, (path,)), exact = part_of(scripts(1, 2)), world("exact")
+    assert part.dynamics.state_count == exact.dynamics.state_count
+    assert (part.dynamics.cells == exact.dynamics.cells).all()
+    assert (path.states == scripts(1, 2)[0].states).all()
+    for who in range(2):
+        ours, theirs = part.tables.continuation[who], exact.tables.continuation[who]
+        np.testing.assert_allclose(ours, theirs, atol=3e-3)
+
+
+def test_beyond_the_end_values_are_additive(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the cheese, who models nobody, expects: by plain loops over the states inside."""
+    monkeypatch.setattr(subject, "MOST_MOVES", 0)
+    crowd = world("additive")
+    part, _ = part_of(scripts(1, 3))
+    cells = [tuple(row) for row in part.dynamics.cells.tolist()]
+    whole = {tuple(row): i for i, row in enumerate(crowd.dynamics.cells.tolist())}
+    number = np.array([whole[row] for row in cells])
+    ends = [
+        i
+        for i in range(len(cells))
+        if any((crowd.dynamics.successor[w][:, number[i]] != number[i]).any() for w in (0, 1))
+        and all((part.dynamics.successor[w][:, i] == i).all() for w in (0, 1))
+    ]
+    assert 0 < len(ends) < len(cells)
+    moves = [part.dynamics.successor[w].T.tolist() for w in (0, 1)]
+    after_own = {j for i in range(len(cells)) if i not in ends for j in moves[0][i]}
+    known = {
+        i: continued(crowd.tables, 0, number[i])
+        if i in after_own
+        else model.action_values(crowd.tables, 0, number[i]).max(0)
+        for i in ends
+    }
+    assert len({i in after_own for i in ends}) == 2
+    for problem in range(2):
+        goal = int(np.flatnonzero(crowd.tables.goals[0][problem])[0])
+        w = {i: known[i][problem] if i in known else 0.0 for i in range(len(cells))}
+        for _ in range(120):
+            v = {}
+            for i, row in enumerate(cells):
+                paid = 1.0 if row[0] == goal else 0.0
+                after = [0.6 * w[moves[0][i][a]] + 0.4 * w[i] for a in range(5)]
+                v[i] = paid + max((-0.1 if a == 4 else -1.0) + 0.8 * after[a] for a in range(5))
+            for i in range(len(cells)):
+                if i not in known:
+                    w[i] = sum(v[j] if j not in known else w[j] for j in moves[1][i]) / 5
+        np.testing.assert_allclose(
+            part.tables.continuation[0][:, problem], [*w.values()], atol=3e-3
+        )
+
+
+def test_scripts_stay_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = scripts(4, 5)
+    crowd = world("additive")
+    part, renumbered = part_of(paths)
+    for path, found in zip(paths, renumbered, strict=True):
+        ours = part.dynamics.cells[found.states]
+        assert (ours == crowd.dynamics.cells[path.states]).all()
+        again = trajectory(part, found.states[0], found.actions)
+        assert (again.states == found.states).all()
+    monkeypatch.setattr(subject, "PATIENCE", 0.0)
+    assert subject.around(crowd, (Viewer(crowd.spec),), paths) is None
+
+
+def test_it_is_nearer_to_exact_plans_than_sums_are() -> None:
+    paths, exact, sums = scripts(12, 4), world("exact"), world("additive")
+    part, renumbered = part_of(paths)
+    errors = []
+    for path, own in zip(paths, renumbered, strict=True):
+        told = [
+            world_.value(world_.tables, 1, states)
+            for world_, states in ((exact, path.states), (sums, path.states), (part, own.states))
+        ]
+        errors.append([np.abs(told[0] - other).mean() for other in told[1:]])
+    additive, around = np.mean(errors, axis=0)
+    assert around < additive / 2
