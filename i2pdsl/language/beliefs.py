@@ -142,7 +142,7 @@ class Beliefs(Frames):
         elif not node.about and form.about == "latent":
             message = f"`{form.name}` of everything is about every hypothesis"
         if message:
-            message = f"{message}: there are too many {self.world.where} to be listed"
+            message = f"{message}: there are too many hypotheses {self.world.where} to be listed"
             hint = "ask about latents after the given frames: `entropy(LATENT | script[:t])`"
             raise self.fail("particles", message, node.span, env, hint)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import product
@@ -9,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all
@@ -63,6 +65,8 @@ def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
     return tuple(found)
 
 
+MOST_WAYS = 100_000  # how those may think on whose minds a character's problem depends
+
 Minds = tuple[frozenset[tuple[str, Any]], ...]
 """One mind of each of some characters."""
 
@@ -85,6 +89,12 @@ def problems_of_minds(spec: GridSpec) -> tuple[dict[Minds, Key], ...]:
     groups = minds_of_all(spec)
     for who, c in enumerate(spec.characters):
         about, known = thought_of(spec, c), dict[Minds, Key]()
+        ways = max(math.prod(len(minds[n]) for n in about) for minds in groups.values())
+        if ways > MOST_WAYS:
+            names = ", ".join(spec.characters[n].name for n in about)
+            message = f"what {c.name} does depends on {ways:,} ways how {names} may think"
+            hint = f"at most {MOST_WAYS:,}: who models whom, or has an attitude to it, matters most"
+            raise error("too-large", message, whole_file(f"{spec.name}.world"), hint)
         for flags, minds in groups.items():
             if flags[who]:
                 for combined in product(*(minds[n] for n in about)):
