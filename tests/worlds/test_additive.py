@@ -15,6 +15,7 @@ import reference as R
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.worlds.grid import method, model
 from i2pdsl.worlds.grid.additive import coefficients, core
+from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world
@@ -313,6 +314,20 @@ def test_auto_is_exact_where_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     assert method.at_once(spec) is None
     monkeypatch.setattr(method, "PATIENCE", method.estimated_seconds(spec) / 2)
     assert method.at_once(spec) == 3
+
+
+def test_who_did_not_ask_for_it_is_warned(monkeypatch: pytest.MonkeyPatch) -> None:
+    auto = spec_of(COUPLE.replace("additive", "auto"))
+    told = lambda spec: [d for d in KIND.warnings(spec, "w.world") if d.code == "approximate"]
+    assert told(auto) == []
+    monkeypatch.setattr(method, "FEW", 0)
+    assert told(auto) == []
+    monkeypatch.setattr(method, "PATIENCE", method.estimated_seconds(auto) / 2)
+    (warning,) = told(auto)
+    assert warning.severity == "warning"
+    assert f"{auto.state_count:,} states" in warning.message
+    assert "3 at once" in warning.message
+    assert told(spec_of(COUPLE)) == []
 
 
 def test_the_method_is_what_a_story_or_the_world_says() -> None:

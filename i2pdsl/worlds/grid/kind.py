@@ -97,9 +97,12 @@ class GridKind(Kind):
     def warnings(
         self, spec: GridSpec, where: str, story: TypedStory | None = None
     ) -> tuple[Diagnostic, ...]:
+        from i2pdsl.worlds.grid.method import method_warnings
+
+        told = method_warnings(spec, where)
         if story is None:
-            return goal_warnings(spec, where)
-        return goal_warnings(spec, where, story.start, story.length)
+            return goal_warnings(spec, where) + told
+        return goal_warnings(spec, where, story.start, story.length) + told
 
     def has_same_rules(self, one: GridSpec, other: GridSpec) -> bool:
         return replace(one, settings=other.settings) == other

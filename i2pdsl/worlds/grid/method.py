@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from i2pdsl.errors import error, whole_file
+from i2pdsl.errors import Diagnostic, error, whole_file
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.additive import SubWorld, sub_worlds, summed
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
@@ -31,6 +31,7 @@ from i2pdsl.worlds.kind import Approximation
 
 PATIENCE = 600.0  # seconds of exact planning above which `auto` is additive
 PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
+FEW = 10_000  # states for which plans are exact however many problems there are
 BRIEF = 8.0  # seconds of exact planning on a small copy
 # What a sweep takes for each state and problem (measured: the kitchen, two cores), and how many
 # there are for each 1 / (1 - gamma).
@@ -107,6 +108,25 @@ def _what_fits(spec: GridSpec, most: int) -> str | None:
             told = f"`method = additive` with `at_once = {fewer}` would take"
             return f"{told} {needed / 2**30:.1f} GiB, and be approximate"
     return None
+
+
+def method_warnings(spec: GridSpec, where: str) -> tuple[Diagnostic, ...]:
+    """A warning where plans are approximate though nobody asked for that.
+
+    Args:
+        where: the world's file.
+    """
+    if spec.settings.method != "auto" or spec.state_count <= FEW:
+        return ()
+    most = at_once(spec)
+    if most is None:
+        return ()
+    message = f"with {spec.state_count:,} states its characters plan additively, {most} at once: "
+    message += "beliefs are approximate"
+    gigabytes, minutes = estimated_bytes(spec) / 2**30, estimated_seconds(spec) / 60
+    hint = f"exact plans would take {gigabytes:.1f} GiB and {minutes:.0f} minutes; "
+    hint += f"`i2p plan {spec.name}` says how far off beliefs are in a copy"
+    return (Diagnostic("approximate", message, whole_file(where), hint, severity="warning"),)
 
 
 def planned(
