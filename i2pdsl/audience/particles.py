@@ -204,6 +204,37 @@ def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Ar
     return (weights[..., None, :] @ there)[..., 0, :]
 
 
+def likely(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Array:
+    """log P(what is observed u-th | row) of each row, [..., H]: the log of the mean over its
+    particles, or over all where it has none.
+
+    Args:
+        row: the world's log-likelihoods of it, [..., Q'].
+    """
+    xp = row.__array_namespace__()
+    own = xp.exp(_of_each(tables, swarm, u, row))
+    share, held = _shares(tables, swarm), _shares(tables, swarm, own)
+    every = (xp.exp(swarm.log_weight) * own).sum(-1)[..., None]
+    return xp.log(xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every))
+
+
+def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array) -> Array:
+    """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
+    rows [H]; of all where no particle is there. [...]."""
+    xp = values.__array_namespace__()
+    own = _of_each(tables, swarm, u, values)
+    weights = xp.exp(swarm.log_weight)
+    there = weights * within[looked_up(tables.row, swarm.minds)]
+    weights = xp.where(there.sum(-1, keepdims=True) > 0, there, weights)
+    found: Array = (weights * own).sum(-1) / weights.sum(-1)
+    return found
+
+
+def _of_each(tables: SwarmTables, swarm: Swarm, u: int, values: Array) -> Array:
+    """Of what is known of the problems of who acts u-th, [..., Q'], each particle's, [..., N]."""
+    return _picked(values[..., tables.columns[u]], looked_up(tables.problems[u], swarm.minds))
+
+
 def after_frame(tables: SwarmTables, swarm: Swarm) -> Swarm:
     """The swarm as the next frame finds it: drawn anew and moved where too few count."""
     xp = swarm.log_weight.__array_namespace__()

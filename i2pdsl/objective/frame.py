@@ -118,23 +118,28 @@ class Belief(NamedTuple):
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
-    def seeing(
-        self,
-        u: int,
-        row: Array,
-        forgetting: Array,
-        switching: Switching | None,
-        tables: Sequence[SwarmTables | None],
-    ) -> Belief:
+    def seeing(self, world: World, tables: Any, u: int, row: Array) -> Belief:
         """Once the u-th action of a frame was observed; see filter.update, particles.seen_by."""
+        given = world.swarms(tables)
+        listed = self
+        if world.lists_hypotheses:
+            listed = self.after(row, world.forgetting(tables), world.switching(tables)[u])
         if not self.swarms:
-            return self.after(row, forgetting, switching)
-        which = [o for o, each in enumerate(tables) if each is not None]
+            return listed
+        which = [o for o, each in enumerate(given) if each is not None]
         swarms = tuple(
             particles.seen_by(each, swarm, u, row[..., o, :])
-            for o, each, swarm in zip(which, _of_swarms(tables), self.swarms, strict=True)
+            for o, each, swarm in zip(which, _of_swarms(given), self.swarms, strict=True)
         )
-        return self.after(row, forgetting, switching)._replace(swarms=swarms).shown(tables)
+        return listed._replace(swarms=swarms).shown(given)
+
+    def likely(self, world: World, tables: Any, u: int, row: Array) -> Array:
+        """log P(what is observed u-th | row), [..., O, H]: the mean of what each row stands for."""
+        if world.lists_hypotheses:
+            return row
+        of = zip(_of_swarms(world.swarms(tables)), self.swarms, strict=True)
+        found = [particles.likely(*each, u, row[..., o, :]) for o, each in enumerate(of)]
+        return row.__array_namespace__().stack(found, axis=-2)
 
     def over(self, tables: Sequence[SwarmTables | None]) -> Belief:
         """The belief when a frame is over: particles are drawn anew where few count."""
@@ -148,11 +153,16 @@ class Belief(NamedTuple):
         share = updated_share(self.share, row, forgetting)
         return Belief(share.__array_namespace__().log(share), share)
 
-    def regret(self, world: World, regret: Array) -> Array:
+    def regret(self, world: World, tables: Any, u: int, regret: Array) -> Array:
         """What is expected of max_a log P(a | H) - log P(observed | H), once that was observed and
         where everybody is rational, [..., O]."""
-        rational = self.log.__array_namespace__().asarray(default_assumption(world.vocabulary))
-        return each_expects(self.log, regret, rational, self.share)
+        xp = self.log.__array_namespace__()
+        rational = xp.asarray(default_assumption(world.vocabulary))
+        if world.lists_hypotheses:
+            return each_expects(self.log, regret, rational, self.share)
+        of = zip(_of_swarms(world.swarms(tables)), self.swarms, strict=True)
+        found = [particles.mean(*o, u, regret[..., n, :], rational) for n, o in enumerate(of)]
+        return xp.stack(found, axis=-1)
 
     def where(self, seen: Array, other: Belief) -> Belief:
         """The belief where something was seen, [...], else the other."""
@@ -207,12 +217,13 @@ def observe(
     seen, expecting = world.is_observed(action), []
     regret = xp.zeros(belief.log.shape[:-1], belief.log.dtype)
     belief = belief.shown(given)
-    for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
+    shown = []
+    for u, row in enumerate(rows):
         expecting.append(belief)
-        after_it = belief.seeing(u, row, world.forgetting(tables), switching, given)
-        belief = after_it.where(seen, belief)
+        shown.append(belief.likely(world, tables, u, row))
+        belief = belief.seeing(world, tables, u, row).where(seen, belief)
         if best:
-            regret = regret + belief.regret(world, best[u] - row)
+            regret = regret + belief.regret(world, tables, u, best[u] - row)
     if belief.swarms:
         belief = belief.over(given).where(seen, belief)
     return Frame(
@@ -223,7 +234,7 @@ def observe(
         previous.log,
         belief.log,
         xp.stack([each.log for each in expecting], axis=-3),
-        xp.stack(rows, axis=-3),
+        xp.stack(shown, axis=-3),
         regret,
         shares_of(previous, belief, expecting),
         belief.swarms,
