@@ -99,6 +99,11 @@ class SwarmTables(NamedTuple):
     def forgets(self) -> bool:
         return bool(self.draws.jump.shape[1])
 
+    @property
+    def marks(self) -> int:
+        """K, after how many observations the sums are kept, the beginning among them."""
+        return 1 + int(self.draws.jump.shape[0] * self.draws.jump.shape[1])
+
 
 class Swarm(NamedTuple):
     """Particles, and what their likelihoods are made of.
@@ -147,14 +152,13 @@ def begun(tables: SwarmTables) -> Swarm:
     first = tables.first
     xp = first.__array_namespace__()
     count, dtype = first.shape[0], tables.log_rows.dtype
-    marks = 1 + tables.draws.jump.shape[0] * tables.draws.jump.shape[1]
     sizes = [len(column) for column in tables.columns]
     return Swarm(
         first,
         xp.zeros((count,), dtype) - xp.log(xp.asarray(count, dtype=dtype)),
         xp.zeros((count,), dtype=xp.int32),
         tuple(xp.zeros((size,), dtype) for size in sizes),
-        tuple(xp.zeros((marks, size), dtype) for size in sizes),
+        tuple(xp.zeros((tables.marks, size), dtype) for size in sizes),
         xp.zeros((), dtype=xp.int32),
         xp.asarray(count, dtype=dtype),
     )

@@ -9,7 +9,8 @@ import numpy as np
 
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.frame import Belief, Frame, first_belief
+from i2pdsl.objective.belief import Belief, first_belief
+from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 

@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Belief, Frame, first_belief, observe, shares_of
+from i2pdsl.objective.frame import Frame, observe, shares_of
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World, single_precision
