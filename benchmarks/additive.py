@@ -1,8 +1,9 @@
 """What exact and additive planning cost, from 10^4 to 10^7 states, and how far they are apart.
 
 The kitchen's rules with a second object, `chair`, and on smaller and larger maps. Each plan is made
-in a process of its own with an empty cache. Errors are those of beliefs along 64 scripts of 15
-frames whose characters act by exact plans (docs/approximate.md has the tables).
+in a process of its own; those of a world share a cache that is empty at first. Errors are those of
+beliefs along 64 scripts of 15 frames whose characters act by exact plans (docs/approximate.md has
+the tables).
 
     python benchmarks/additive.py [WORLD ...]
 """

@@ -20,7 +20,7 @@ import numpy as np
 from i2pdsl.audience.filter import log_sum, update
 from i2pdsl.audience.queries import probability
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import VIEWERS
+from i2pdsl.language.story import VIEWERS, check_listed
 from i2pdsl.language.vocabulary import Value, Vocabulary, show_value
 from i2pdsl.objective.subjects import Claims, claims, event_of, latents_of
 from i2pdsl.scripts import Script
@@ -121,6 +121,7 @@ def questions_of(script: Script) -> tuple[Question, ...]:
     """The events that the script's story asks viewers to believe or not; where there are none, the
     values of the latents that it speaks of, or else of all."""
     words = script.world.vocabulary
+    check_listed(words, "to explain what viewers believe")
     found: dict[tuple[ty.Mask, ty.Mask, ty.Viewers | None], None] = {
         (s.about, s.given, s.viewers): None
         for s in script.subjects

@@ -18,7 +18,7 @@ import numpy as np
 from i2pdsl.audience.queries import marginal
 from i2pdsl.errors import Source, error, whole_file
 from i2pdsl.language.query import check_assumption
-from i2pdsl.language.story import TypedStory
+from i2pdsl.language.story import TypedStory, check_listed
 from i2pdsl.language.vocabulary import UNKNOWN, show_value
 from i2pdsl.objective.replay import replay_all
 from i2pdsl.objective.starts import allowed_starts
@@ -143,6 +143,7 @@ def sample(
     if not words.enumerable:
         message = f"whoever acts {words.where} does not choose among actions that can be listed"
         raise error("sample", message, where, "`search naive` makes rollouts there")
+    check_listed(words, "to draw what characters think")
     usual = story.audiences[:1]
     read = lambda name, text: check_assumption(Source(name, text), words, story.module, usual)
     assumption = story.assumption if assume is None else read("assume", assume)

@@ -120,7 +120,7 @@ def trust_in(spec: Spec) -> Trust | None:
     found = kind_of(spec).approximation(spec)
     if found is None:
         return None
-    return Trust(found.method, found.closer_method, None, None, _copied(found))
+    return Trust(found.method, "", None, None, _copied(found))
 
 
 def _copied(found: Approximation) -> Copied | None:

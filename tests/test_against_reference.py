@@ -12,7 +12,8 @@ import reference
 from i2pdsl.errors import Source
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
-from i2pdsl.objective.frame import Frame, first_belief, observe
+from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from stories_for_tests import BARE

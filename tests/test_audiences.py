@@ -19,7 +19,8 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.objective.frame import first_belief, observe
+from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.frame import observe
 from i2pdsl.objective.panel import panel
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective

@@ -43,7 +43,7 @@ from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS
 from i2pdsl.language.check import Library, TypedStory, check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.language.settings import SEARCH_SETTINGS
-from i2pdsl.language.vocabulary import Setting
+from i2pdsl.language.vocabulary import ASKED, Setting
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.session import Session as Lines
 from i2pdsl.repl.terminal import tell
@@ -236,6 +236,8 @@ def settings_table() -> str:
     rows = ["| key | block | default | range | meaning |", "|---|---|---|---|---|"]
     for field in fields(Settings):
         name = field.name
+        if name == ASKED:  # that no world's file has (docs/particles.md)
+            continue
         words = ", ".join(f"`{w}`" for w in SETTING_WORDS.get(name, ()))
         range_ = words or SETTING_RANGES[name][1]
         meaning = kitchen.settings[name].documentation

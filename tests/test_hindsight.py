@@ -21,7 +21,8 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.objective.frame import first_belief, observe
+from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.frame import observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.scripts import Script, script_of

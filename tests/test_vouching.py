@@ -225,6 +225,7 @@ def test_worlds_say_that_they_are_additive() -> None:
     assert told == KIND.as_json(exact)
     trust = trust_in(crowd)
     assert trust.is_trusted is None
+    assert trust.in_words() == f"additive, 3 at once; in {trust.copied.in_words()}"
     assert trust.copied.mean == error_in_copy(*method.approximation(crowd).copy)[0] > 0
     assert trust_in(exact) is None
 

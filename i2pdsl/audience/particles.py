@@ -99,6 +99,11 @@ class SwarmTables(NamedTuple):
     def forgets(self) -> bool:
         return bool(self.draws.jump.shape[1])
 
+    @property
+    def marks(self) -> int:
+        """K, after how many observations the sums are kept, the beginning among them."""
+        return 1 + int(self.draws.jump.shape[0] * self.draws.jump.shape[1])
+
 
 class Swarm(NamedTuple):
     """Particles, and what their likelihoods are made of.
@@ -147,14 +152,13 @@ def begun(tables: SwarmTables) -> Swarm:
     first = tables.first
     xp = first.__array_namespace__()
     count, dtype = first.shape[0], tables.log_rows.dtype
-    marks = 1 + tables.draws.jump.shape[0] * tables.draws.jump.shape[1]
     sizes = [len(column) for column in tables.columns]
     return Swarm(
         first,
         xp.zeros((count,), dtype) - xp.log(xp.asarray(count, dtype=dtype)),
         xp.zeros((count,), dtype=xp.int32),
         tuple(xp.zeros((size,), dtype) for size in sizes),
-        tuple(xp.zeros((marks, size), dtype) for size in sizes),
+        tuple(xp.zeros((tables.marks, size), dtype) for size in sizes),
         xp.zeros((), dtype=xp.int32),
         xp.asarray(count, dtype=dtype),
     )
@@ -202,6 +206,37 @@ def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Ar
     there = xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=weights.dtype)
     weights = weights if times is None else weights * times
     return (weights[..., None, :] @ there)[..., 0, :]
+
+
+def likely(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Array:
+    """log P(what is observed u-th | row) of each row, [..., H]: the log of the mean over its
+    particles, or over all where it has none.
+
+    Args:
+        row: the world's log-likelihoods of it, [..., Q'].
+    """
+    xp = row.__array_namespace__()
+    own = xp.exp(_of_each(tables, swarm, u, row))
+    share, held = _shares(tables, swarm), _shares(tables, swarm, own)
+    every = (xp.exp(swarm.log_weight) * own).sum(-1)[..., None]
+    return xp.log(xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every))
+
+
+def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array) -> Array:
+    """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
+    rows [H]; of all where no particle is there. [...]."""
+    xp = values.__array_namespace__()
+    own = _of_each(tables, swarm, u, values)
+    weights = xp.exp(swarm.log_weight)
+    there = weights * within[looked_up(tables.row, swarm.minds)]
+    weights = xp.where(there.sum(-1, keepdims=True) > 0, there, weights)
+    found: Array = (weights * own).sum(-1) / weights.sum(-1)
+    return found
+
+
+def _of_each(tables: SwarmTables, swarm: Swarm, u: int, values: Array) -> Array:
+    """Of what is known of the problems of who acts u-th, [..., Q'], each particle's, [..., N]."""
+    return _picked(values[..., tables.columns[u]], looked_up(tables.problems[u], swarm.minds))
 
 
 def after_frame(tables: SwarmTables, swarm: Swarm) -> Swarm:

@@ -36,7 +36,7 @@ from i2pdsl.fit.model import (
 from i2pdsl.fit.sampling import Draws, Report, alike, draw, modes
 from i2pdsl.fit.viewers import Answers, Question, Watched, what_is_seen
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import USUAL
+from i2pdsl.language.story import USUAL, check_listed
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.programs import once
 from i2pdsl.scripts import Script, script_from
@@ -255,6 +255,7 @@ class Fitted:
 def seen_under(study: Study, plan: Plan, watch: Watch | None = None) -> tuple[list[Watched], Any]:
     """The scripts as viewers see them who think that characters plan in this way."""
     watched = []
+    check_listed(study.words, "a fit")
     for script in study.scripts.values():
         spec = script.world.spec.with_settings(dict(plan))
         watched.append(Watched(ready_world(spec, (SpecViewer(spec),), watch), script.trajectory))

@@ -112,6 +112,8 @@ class Beliefs(Frames):
         if form.shape is HIDDEN:
             return self.hidden_value(node, env)
         self.refuse_without_script(form, node, env)
+        if self.world.counts:
+            self.refuse_where_sampled(form, node, env)
         if form.looks_ahead and not self.world.enumerable:
             message = f"{form.looks_ahead}, which needs actions that can be listed"
             raise self.fail("world", message, node.span, env)
@@ -129,6 +131,20 @@ class Beliefs(Frames):
         value = ty.Belief(form.name, about, givens, (), self.viewers(audience), moment)
         self.check_whole_frame(form, value, node, env)
         return Item("number", value)
+
+    def refuse_where_sampled(self, form: Form, node: ast.Form, env: Env) -> None:
+        """What needs every hypothesis cannot be asked where there are too many of them."""
+        message = ""
+        if form.looks_ahead:
+            message = form.looks_ahead
+        elif node.moment is not None:
+            message = "hindsight looks back at every hypothesis"
+        elif not node.about and form.about == "latent":
+            message = f"`{form.name}` of everything is about every hypothesis"
+        if message:
+            message = f"{message}: there are too many hypotheses {self.world.where} to be listed"
+            hint = "ask about latents after the given frames: `entropy(LATENT | script[:t])`"
+            raise self.fail("particles", message, node.span, env, hint)
 
     def viewers(self, audience: Audience) -> ty.Viewers | None:
         """The observers of an audience; None where there is no other."""
@@ -314,6 +330,9 @@ class Beliefs(Frames):
             raise self.not_finite(problem, node, env) from None
 
     def hidden_value(self, node: ast.Form, env: Env) -> Item:
+        if self.world.counts:
+            message = f"`V` differs between more hypotheses than can be listed {self.world.where}"
+            raise self.fail("particles", message, node.span, env, "ask about latents")
         if env.inside != "quantity":
             message = f"`{shorten(node.span.text)}` depends on what is hidden from the viewers"
             hint = "take the viewers' expectation: `E[V(who) | script[:t]]`"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -36,15 +38,17 @@ from i2pdsl.language.story import (
     Audience,
     Library,
     Observer,
+    Particles,
     Requirement,
     SearchPlan,
     TypedStory,
+    able,
     default_assumption,
     ordered,
     usual_audience,
 )
 from i2pdsl.language.unused import check_unused
-from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
+from i2pdsl.language.vocabulary import ASKED, Settings, Vocabulary, Weights
 from i2pdsl.resources import data_folder
 
 __all__ = [
@@ -202,6 +206,8 @@ class _Checker:
             # Other hypotheses have other masks.
             found = self.find_world(_word(world.name), self.folder, settings)
             self.elaborator.world = found or vocabulary
+        elif vocabulary.counts:
+            settings = self.keeping_apart(world, vocabulary, settings)
         self.world = self.elaborator.world
         self.check_time(length)
         self.check_own_names()
@@ -295,6 +301,32 @@ class _Checker:
             self.problem("no-world", f"there is no world `{shorten(name)}`", world.name.span, hint)
         return found
 
+    def keeping_apart(self, world: ast.World, words: Vocabulary, settings: Settings) -> Settings:
+        """Where there are more hypotheses than anybody can hold, viewers keep those latents apart
+        that the story names, and those that its world is told to."""
+        sources = {d.item.span.source for d in self.module.names.values()}
+        texts = [self.program.source.text, *(source.text for source in sources)]
+        told = {word for text in texts for word in re.findall(r"\w+", text)}
+        told |= set(re.findall(r"\w+", str(dict(settings).get(ASKED, ""))))
+        names = " ".join(latent for latent in words.latents if latent in told)
+        settings = tuple(sorted({**dict(settings), ASKED: names}.items()))
+        try:
+            found = self.find_world(_word(world.name), self.folder, settings)
+        except StoryError as problem:
+            self.problems += [replace(d, span=world.span) for d in problem.diagnostics]
+            found = None
+        self.elaborator.world = found or words
+        if not any(a.name.id == "particles" for a in self.program.of(ast.Audience)):
+            message = (
+                f"viewers cannot hold all {math.fsum(words.counts):,.0f} hypotheses: "
+                f"they hold {Particles().count} particles"
+            )
+            hint = "`audience particles(count = 1000)` are more; docs/particles.md says how exact"
+            self.elaborator.report(
+                Diagnostic("particles", message, world.span, hint, severity="warning")
+            )
+        return settings
+
     def lengths(self, world: ast.World) -> range:
         """The numbers of frames; any other where it is wrong, to check the rest."""
         usual = range(10, 11)
@@ -365,7 +397,8 @@ class _Checker:
         found = {VIEWERS: usual}
         for statement in self.program.of(ast.Audience):
             observers = self.settings.audience(statement.name, statement.settings, self.folder)
-            audience = Audience(_audience(statement), observers, span=statement.span)
+            held = able(observers, self.world)
+            audience = Audience(_audience(statement), held, span=statement.span)
             if found.get(audience.name, usual) is usual:  # another one is a mistake
                 found[audience.name] = audience
         return ordered(tuple(found.values()))

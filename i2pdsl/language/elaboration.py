@@ -14,7 +14,7 @@ from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.scope import Env, Module, standard_library
 from i2pdsl.language.statements import DEEPEST
 from i2pdsl.language.story import USUAL, Audience
-from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
+from i2pdsl.language.vocabulary import ASKED, Latent, Vocabulary, show_value
 
 MOST_NODES = 50_000  # of an expression once all patterns are put in
 MOST_IN_ALL = 150_000  # of all expressions of a story
@@ -280,7 +280,7 @@ class Elaboration:
             return self.let(node, found.item, found.module, env)
         if name in self.world.latents:
             name = self.as_seen(name)
-            latent = self.world.latents[name]
+            latent = self.kept(self.world.latents[name], node, env)
             kind = latent.kind if env.inside in BELIEVED else "symbol"
             return Item(kind, ty.LatentValue(name), latent)
         if name == "pi":
@@ -395,8 +395,19 @@ class Elaboration:
         """The latent that an expression names, if it is nothing but a latent's name."""
         node, env = self.strip(node, env)
         if isinstance(node, ast.Name) and env.module.find(node.id) is None:
-            return self.world.latents.get(self.as_seen(node.id))
+            latent = self.world.latents.get(self.as_seen(node.id))
+            return None if latent is None else self.kept(latent, node, env)
         return None
+
+    def kept(self, latent: Latent, node: ast.Expr, env: Env) -> Latent:
+        """A latent that viewers keep apart; where not all can be, asking of another is an error."""
+        if not self.world.counts or latent.name in self.world.kept:
+            return latent
+        message = f"viewers of this story do not keep `{latent.name}` apart"
+        usual = set(self.world.rational.values())
+        told = " ".join(sorted({latent.name, *self.world.kept} - usual))
+        hint = f'write `world {self.world.world}({ASKED} = "{told}")`'
+        raise self.fail("particles", message, node.span, env, hint)
 
     def is_unknown(self, node: ast.Expr, env: Env) -> bool:
         """Whether an expression is a name that means nothing."""

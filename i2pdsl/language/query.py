@@ -14,7 +14,7 @@ from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.settings import Settings
 from i2pdsl.language.statements import room_for_nesting
-from i2pdsl.language.story import USUAL, VIEWERS, Audience, default_assumption, ordered
+from i2pdsl.language.story import USUAL, VIEWERS, Audience, able, default_assumption, ordered
 from i2pdsl.language.vocabulary import Vocabulary
 
 
@@ -116,7 +116,7 @@ def check_audience(
         raise error("audience", "this is no audience", node.span, hint)
     if problems:
         raise StoryError(problems)
-    return ordered([Audience(VIEWERS, observers), *audiences[1:]])
+    return ordered([Audience(VIEWERS, able(observers, vocabulary)), *audiences[1:]])
 
 
 def _value(elaborator: Elaborator, node: ast.Expr, env: Env, times: range) -> ty.Typed:

@@ -145,6 +145,13 @@ class Settings:
             message = f"`{setting.name}` cannot be `{shorten(node.span.text)}`"
             self.problem("setting", message, node.span, hint)
             return None
+        if setting.names:
+            told = node.value if isinstance(node, ast.Text) else None
+            if told is not None and setting.holds(told):
+                return told
+            message = f"`{setting.name}` cannot be `{shorten(node.span.text)}`"
+            self.problem("setting", message, node.span, setting.possible)
+            return None
         if setting.accepts_all is not None or isinstance(node, ast.SetOf):
             return self.numbers(setting, node)
         try:
@@ -284,7 +291,7 @@ class Settings:
             known = self.elaborator.mask(given.value, self.env, "condition")
         except Stop:
             return observer
-        prior = observer.prior or (1.0,) * len(known)
+        prior = observer.prior or self.elaborator.world.even
         weights = [p if k else 0.0 for p, k in zip(prior, known, strict=True)]
         if not any(weights):
             message = "nobody can know what no hypothesis fulfils"
@@ -313,7 +320,7 @@ class Settings:
                 shares[latent.name] = found
         except Stop:
             return prior
-        base = prior or (1.0,) * len(words.hypotheses)
+        base = prior or words.even
         result = fitted(words.hypotheses, base, {**({} if prior else words.shares), **shares})
         if result is None:
             self.problem("prior", CONTRADICTION, told[0].span.to(told[-1].span), WHY_NONE)
@@ -344,7 +351,8 @@ class Settings:
             hint = "for instance `prior = if rho > 0 then 2 else 1`"
             self.problem("audience", message, node.span, hint)
             return None
-        numbers = [float(w) for w in weights if w is not None]
+        even = self.elaborator.world.even
+        numbers = [float(w) * n for w, n in zip(weights, even, strict=True) if w is not None]
         if not isfinite(sum(numbers)):
             numbers = [w / max(numbers) for w in numbers]
         return tuple(w / sum(numbers) for w in numbers)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
-from i2pdsl.errors import Diagnostic, Source, Span, StoryError, whole_file
+from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
@@ -47,6 +47,14 @@ class Observer:
     particles: Particles | None = None
 
 
+def check_listed(words: Vocabulary, what: str) -> None:
+    """Refuses what needs every hypothesis where there are too many of them. Raises StoryError."""
+    if words.counts:
+        total = math.fsum(words.counts)
+        message = f"{what} needs every hypothesis, and there are {total:,.0f} {words.where}"
+        raise error("particles", message, whole_file(words.world), "fewer goals or attitudes")
+
+
 FRAMES_MORE = 16  # that a script may be watched beyond its length: appended turns
 
 
@@ -57,6 +65,13 @@ def watching(observers: Iterable[Observer], frames: int) -> tuple[Observer, ...]
         replace(each, particles=replace(each.particles, frames=size)) if each.particles else each
         for each in observers
     )
+
+
+def able(observers: Iterable[Observer], words: Vocabulary) -> tuple[Observer, ...]:
+    """Observers who hold particles where there are more hypotheses than anybody can hold."""
+    if not words.counts:
+        return tuple(observers)
+    return tuple(o if o.particles else replace(o, particles=Particles()) for o in observers)
 
 
 VIEWERS = "viewers"  # the name of the audience that needs none
@@ -100,7 +115,8 @@ USUAL = Audience(VIEWERS, (Observer(),))
 
 def usual_audience(words: Vocabulary) -> Audience:
     """The audience of a world's stories that name none."""
-    return Audience(VIEWERS, (Observer(prior=words.prior),)) if words.prior else USUAL
+    own = Audience(VIEWERS, able((Observer(prior=words.prior),), words))
+    return own if words.prior else USUAL
 
 
 def ordered(audiences: Sequence[Audience]) -> tuple[Audience, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,6 +11,7 @@ from typing import NamedTuple
 
 from i2pdsl.language.priors import Shares, fitted
 
+ASKED = "asked"  # the setting of which latents are kept apart, where not all can be
 UNKNOWN = "unknown"  # what stands for a latent's value where it plays no part; no name is this
 Value = float | str | bool
 SettingValue = float | str | tuple[float, ...]
@@ -60,8 +63,9 @@ class Predicate:
 class Setting:
     """A number, a word or a set of numbers of the world that a story may replace.
 
-    `choices` for words; for numbers `accepts`, for a set `accepts_all` says which are valid, and
-    `valid_range` says it in words. One that `reshapes` changes the hypotheses, or other words.
+    `choices` for words, `names` for a text of several; for numbers `accepts`, for a set
+    `accepts_all` says which are valid, and `valid_range` says it in words. One that `reshapes`
+    changes the hypotheses, or other words.
     """
 
     name: str
@@ -72,14 +76,19 @@ class Setting:
     accepts: Callable[[float], bool] = field(default=lambda _: False, compare=False)
     accepts_all: Callable[[tuple[float, ...]], bool] | None = field(default=None, compare=False)
     reshapes: bool = False
+    names: frozenset[str] = frozenset()
 
     @property
     def possible(self) -> str:
         """What it can be, in words."""
+        if self.names:
+            return f"names in quotes, of {', '.join(sorted(self.names))}"
         return ", ".join(self.choices) or self.valid_range or "a number"
 
     def holds(self, value: object) -> bool:
         """Whether plain data (of a script file) is a valid value."""
+        if self.names:
+            return isinstance(value, str) and self.names >= set(re.findall(r"\w+", value))
         if self.choices:
             return value in self.choices
         if self.accepts_all is not None:
@@ -140,6 +149,8 @@ class Vocabulary:
         shares: what viewers think of a latent's values at first, latent by latent.
         readings: for each character who may be wrong, what it may be wrong about, a latent or an
             object, and the latent that holds what it takes that to be, or where.
+        counts: where all hypotheses are too many to be listed, those of them that each of
+            `hypotheses` stands for: all in which the latents of `kept` have these values.
     """
 
     world: str
@@ -171,12 +182,26 @@ class Vocabulary:
     documentation: str = ""
     shares: Shares = field(default_factory=dict)
     readings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    counts: tuple[float, ...] = ()
+    kept: frozenset[str] = frozenset()
+
+    @cached_property
+    def even(self) -> tuple[float, ...]:
+        """The weight of each of `hypotheses` where all that it stands for are alike."""
+        return self.counts or (1.0,) * len(self.hypotheses)
+
+    @property
+    def apart(self) -> tuple[str, ...]:
+        """The latents whose values viewers keep apart: all where hypotheses can be listed."""
+        return tuple(x for x in self.latents if not self.counts or x in self.kept)
 
     @cached_property
     def prior(self) -> tuple[float, ...] | None:
         """The probabilities of the hypotheses at first; None where all are alike."""
-        every = (1.0,) * len(self.hypotheses)
-        return fitted(self.hypotheses, every, self.shares) if self.shares else None
+        if self.shares:
+            return fitted(self.hypotheses, self.even, self.shares)
+        total = math.fsum(self.counts)
+        return tuple(count / total for count in self.counts) if self.counts else None
 
     @property
     def where(self) -> str:

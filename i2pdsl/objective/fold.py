@@ -21,16 +21,10 @@ from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.beats import begun, best, further, through
+from i2pdsl.objective.belief import first_belief
 from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_history, terms_of
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
-from i2pdsl.objective.frame import (
-    EndScope,
-    Frame,
-    HistoryScope,
-    StartScope,
-    StepScope,
-    first_belief,
-)
+from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
 from i2pdsl.objective.pins import Pins, broken, still_to_break
 from i2pdsl.objective.requirements import VIOLATION

@@ -9,7 +9,8 @@ import numpy as np
 
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
-from i2pdsl.objective.frame import Belief, Frame, first_belief
+from i2pdsl.objective.belief import Belief, first_belief
+from i2pdsl.objective.frame import Frame
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World
 
@@ -87,28 +88,34 @@ def replay_all(
         still = world.log_rows(tables, first, world.no_action(first), first)
         rows = tuple(row[:, None][:, :0] for row in still)
     seen = world.is_observed(actions)
-    forgetting = world.forgetting(tables)
     given, prior = world.swarms(tables), world.log_prior(tables)
     many = lambda part: np.broadcast_to(part, (count, *np.shape(part)))
     start = first_belief(world, tables)
     belief = start.map(many)._replace(swarms=tuple(s.each(many) for s in start.swarms))
     found, expecting = [belief], [np.stack([np.zeros_like(belief.log)] * len(rows), axis=1)]
+    odd = np.zeros((count, length + 1, *prior.shape[:-1]))
+    shown: list[list[np.ndarray]] = [[] for _ in rows]
     for t in range(length):
         earlier, happens = [], seen[:, t]
         belief = belief.shown(given)
-        for u, (row, switching) in enumerate(zip(rows, world.switching(tables), strict=True)):
+        for u, row in enumerate(rows):
             earlier.append(belief.log)
+            if not world.lists_hypotheses:
+                shown[u].append(belief.likely(world, tables, u, row[:, t]))
             if happens.any():
-                updated = belief.seeing(u, row[:, t], forgetting, switching, given)
-                belief = updated.where(happens, belief)
+                belief = belief.seeing(world, tables, u, row[:, t]).where(happens, belief)
+            if best and not world.lists_hypotheses:
+                odd[:, t + 1] += belief.regret(world, tables, u, best[u][:, t] - row[:, t])
         if belief.swarms:
             belief = belief.over(given).where(happens, belief)
         found.append(belief)
         expecting.append(np.stack(earlier, axis=1))
     beliefs = [each.log for each in found]
+    if not world.lists_hypotheses:
+        none = np.zeros((count, 0, *prior.shape))
+        rows = tuple(np.stack(each, axis=1) if length else none for each in shown)
     likelihoods = np.stack(rows, axis=2)
     nothing = np.zeros((count, 1, *likelihoods.shape[2:]))
-    odd = np.zeros((count, length + 1, *prior.shape[:-1]))
     frames = Frame(
         number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
         before=np.concatenate([states[:, :1], before], axis=1),
@@ -124,10 +131,11 @@ def replay_all(
             for parts in zip(*(each.swarms for each in found), strict=True)
         ),
     )
-    if best:
+    if best and world.lists_hypotheses:
         seen_by = Belief(frames.log_afterwards[:, 1:])
         with np.errstate(invalid="ignore"):  # of who thinks that nobody is rational: nan
-            odd[:, 1:] = seen_by.regret(world, np.stack(best, axis=2) - likelihoods).sum(2)
+            regret = np.stack(best, axis=2) - likelihoods
+            odd[:, 1:] = seen_by.regret(world, tables, 0, regret).sum(2)
     return frames
 
 

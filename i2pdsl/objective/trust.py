@@ -45,7 +45,7 @@ class Trust:
     Attributes:
         method: how the world is planned, in words.
         closer: a method that is nearer to exact planning, by which the script was judged too; or
-            why it was not.
+            why it was not; empty where there is no script.
         belief: the largest change of belief in a frame by that method; None where there is none.
         score: the script's objective by it.
         copied: the error in a small copy; None where there is none.
@@ -85,7 +85,9 @@ class Trust:
 
     def in_words(self) -> str:
         """What is known, in a line."""
-        if self.belief is None:
+        if not self.closer:
+            found = self.method
+        elif self.belief is None:
             found = f"{self.method}; whether to trust that is not known: {self.closer}"
         else:
             found = f"{self.method}; beliefs within {self.belief:.2g} of those by {self.closer}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from i2pdsl.worlds.hypotheses import (
 COLORS = ("#0068b0", "#c65102", "#00664a", "#8a3ffc", "#8c7a3a", "#d9468f")
 CURVES_MAX = 24  # in a panel
 OTHERS = " others"
+T = TypeVar("T")
 
 _ATTITUDES = {"hindering": "< 0", "indifferent": "= 0", "helping": "> 0"}
 _SIGNS = {"hindering": -1, "indifferent": 0, "helping": 1}
@@ -166,8 +167,8 @@ class Beliefs:
         want."""
         goals = {c.name: c.goals for c in self.cast.characters}
         for c in self.cast.characters:
-            if len(c.goals) > 1:
-                latent = goal_of(c.name)
+            latent = goal_of(c.name)
+            if len(c.goals) > 1 and latent in script.world.vocabulary.apart:
                 curves = _most(c.goals, script.query(f"P({latent} | script[:t])").T)
                 series = tuple(
                     replace(s, claim=self.goal(c.name, [s.label])) if s.label in c.goals else s
@@ -178,7 +179,7 @@ class Beliefs:
                     f"{c.name}'s goal", "probability", series, "probability", latent, question
                 )
 
-        for latent, (who, other) in self._readings.items():
+        for latent, (who, other) in _kept(script, self._readings):
             curves = _most(goals[other], script.query(f"P({latent} | script[:t])").T)
             series = tuple(
                 replace(s, claim=self._one(latent, [s.label])) if s.label in goals[other] else s
@@ -190,7 +191,7 @@ class Beliefs:
             latent: f"where {who} takes {it} to be" for latent, (who, it) in self._places.items()
         }
         asked |= {latent: f"which way {who} wants to go" for latent, who in self._ways.items()}
-        for latent, title in asked.items():
+        for latent, title in _kept(script, asked):
             places = [str(v) for v in script.world.vocabulary.latents[latent].values]
             curves = _most(places, script.query(f"P({latent} | script[:t])").T)
             series = tuple(
@@ -201,7 +202,7 @@ class Beliefs:
 
     def _attitudes(self, script: Script) -> Iterable[Panel]:
         """The probabilities that whoever has an attitude helps, hinders or does not care."""
-        for about in self.attitudes.values():
+        for _, about in _kept(script, self.attitudes):
             numbers = script.world.vocabulary.latents[about.latent].values
             possible = {int(np.sign(float(v))) for v in numbers}
             series = _all(
@@ -227,6 +228,8 @@ class Beliefs:
         )
         if rational:
             yield Panel("rationality", "probability", rational)
+        if words.counts:  # values differ between more hypotheses than can be listed
+            return
         pairs = zip(words.hypotheses, script.assumption, strict=True)
         assumed = [row for row, holds in pairs if holds]
         # Who is irrational by the story's assumption has no value.
@@ -249,6 +252,12 @@ def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarra
     kept, rest = sorted(order[: CURVES_MAX - 1]), order[CURVES_MAX - 1 :]
     others = f"{len(rest)}{OTHERS}"
     return [*(curves[i] for i in kept), (others, values[rest].sum(axis=0))]
+
+
+def _kept(script: Script, latents: dict[str, T]) -> Iterable[tuple[str, T]]:
+    """Those of some latents whose values viewers keep apart."""
+    apart = script.world.vocabulary.apart
+    return ((latent, about) for latent, about in latents.items() if latent in apart)
 
 
 def _all(curves: Iterable[tuple[str, np.ndarray]]) -> tuple[Series, ...]:

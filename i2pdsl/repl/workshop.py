@@ -348,7 +348,7 @@ def beliefs_at(script: Script, frame: int, before: int | None = None) -> tuple[B
     """What viewers believe of each latent after a frame (and after an earlier one)."""
     words = script.world.vocabulary
     found = []
-    for name in words.latents:
+    for name in words.apart:
         answer = script.ask(f"P({name} | script[:t])")
         columns = answer.columns()
         table = np.stack(list(columns.values()), axis=-1)

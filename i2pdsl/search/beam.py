@@ -229,11 +229,12 @@ def branching(world: World, events: tuple[int, ...]) -> int:
 
 def place_bytes(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
     """Working memory for one place of a block."""
-    belief = world.tables.log_prior.size
-    per_child = 4 * belief * 8
+    belief, held = world.tables.log_prior.size, [s for s in world.swarms(world.tables) if s]
+    per_child = 4 * belief * 8 + sum(4 * len(swarm.first) * 8 for swarm in held)
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
-    return per_child * branching(world, events) + 8 * length
+    kept = sum(4 * swarm.marks * sum(map(len, swarm.columns)) for swarm in held)
+    return per_child * branching(world, events) + 8 * length + 2 * kept
 
 
 def block_size(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
@@ -283,7 +284,9 @@ def expected_seconds(
     children = branching(world, events)
     looks = 1 + len(objective.suffix_turns) + (children if objective.looks_around else 0)
     looks *= 1 + length if objective.keeps_history else 1
-    child = children * world.tables.log_prior.size * looks * CHILD_SECONDS
+    believed = world.tables.log_prior.size
+    believed += sum(2 * len(swarm.first) for swarm in world.swarms(world.tables) if swarm)
+    child = children * believed * looks * CHILD_SECONDS
     return scripts * length * child / min(WORKERS, processors())
 
 

@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Belief, Frame, first_belief, observe, shares_of
+from i2pdsl.objective.frame import Frame, observe, shares_of
 from i2pdsl.programs import compiled_program
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import World, single_precision
@@ -47,7 +48,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     """
     turns = world.turns(tables, node.state)
     observers = node.belief.log.shape
-    full = (*jnp.broadcast_shapes(*(r.shape for r in turns.log_rows)),)
+    full = (*jnp.broadcast_shapes(*(r.shape[:-2] for r in turns.log_rows)), *observers)
     flat = (turns.state.shape[-1], *observers)
     whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
     lifted = lambda part: part[(None,) * (len(full) - 2)]
@@ -55,13 +56,12 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     belief = node.belief.map(lifted)._replace(swarms=node.belief.swarms).shown(given)
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
-    changes = world.switching(tables)
     for who, row in enumerate(turns.log_rows):
         expecting.append(belief.map(whole))
-        rows.append(whole(row))
-        belief = belief.seeing(who, row, world.forgetting(tables), changes[who], given)
+        rows.append(whole(belief.likely(world, tables, who, row)))
+        belief = belief.seeing(world, tables, who, row)
         best = row.max(axis=who - len(full), keepdims=True)  # all actions are among the branches
-        regret += belief.regret(world, best - row)
+        regret += belief.regret(world, tables, who, best - row)
     count = flat[0]
     previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
     swarms = tuple(

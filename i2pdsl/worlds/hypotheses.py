@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -13,6 +14,7 @@ from i2pdsl.language.vocabulary import Latent
 Hypothesis = dict[str, float | str | bool]
 """One possible truth: latent -> value. A latent that plays no part is missing."""
 
+MOST_HYPOTHESES = 4096  # that are listed, and held
 ATTITUDE = "rho"  # where only one has an attitude, to one other; else `rho_WHO_TOWARD`
 
 
@@ -115,15 +117,17 @@ def attitudes_of(characters: Sequence[Minded]) -> tuple[Attitude, ...]:
 
 def parts_of(characters: Sequence[Minded]) -> tuple[frozenset[str], ...]:
     """The latents of each character: what it wants, whom it cares about, what it takes others to
-    want, and whether it is rational."""
+    want or things to be, where it wants to have been, and whether it is rational."""
     cares = attitudes_of(characters)
     return tuple(
         frozenset(
             (
                 goal_of(c.name),
+                via_of(c.name),
                 rationality_of(c.name),
                 *(each.latent for each in cares if each.who == c.name),
                 *(reading_of(c.name, other) for other in c.misreads),
+                *(reading_of(c.name, thing) for thing, _ in c.supposes),
             )
         )
         for c in characters
@@ -238,3 +242,71 @@ def count_at_most(characters: Sequence[Minded], literal: bool = False) -> int:
     reads = math.prod(goals[other] for c in characters for other in c.misreads)
     wants = math.prod(goals.values()) * (2 ** len(characters) if literal else 1)
     return cares * reads * wants
+
+
+Groups = dict[tuple[bool, ...], list[list[Hypothesis]]]
+"""Of each set of rational characters (in the order of a cast) the minds of each."""
+
+
+def minds_of_each(
+    characters: Sequence[Minded], is_nothing: Callable[[str], bool] = lambda goal: False
+) -> Groups:
+    """What `hypotheses_of` combines, without combining it: under each set of rational characters
+    every mind of one goes with every mind of the others."""
+    found: Groups = {}
+    for flags in product((False, True), repeat=len(characters)):
+        rational = {c.name: r for c, r in zip(characters, flags, strict=True)}
+        found[flags] = [_minds(c, characters, rational, is_nothing) for c in characters]
+    return found
+
+
+def _minds(
+    character: Minded,
+    characters: Sequence[Minded],
+    rational: dict[str, bool],
+    is_nothing: Callable[[str], bool],
+) -> list[Hypothesis]:
+    """The minds of one character where these are rational."""
+    flag: Hypothesis = {rationality_of(character.name): rational[character.name]}
+    if not rational[character.name]:
+        return [flag]
+    mine = [each for each in attitudes_of(characters) if each.who == character.name]
+    free = [each for each in mine if rational[each.toward]]
+    fixed: Hypothesis = {each.latent: 0.0 for each in mine if each not in free}
+    goals = {c.name: c.goals for c in characters}
+    taken = [other for other in character.misreads if rational[other]]
+    names = [each.latent for each in free]
+    names += [reading_of(character.name, other) for other in taken]
+    options = [*(each.values for each in free), *(goals[other] for other in taken)]
+    found: list[Hypothesis] = []
+    for wanted in wants_of(character):
+        for chosen in product(*options):
+            idle = free and is_nothing(str(wanted[goal_of(character.name)]))
+            if not idle or any(chosen[: len(free)]):
+                held: Any = zip(names, chosen, strict=True)
+                found.append(wanted | flag | dict(held) | fixed)
+    return found
+
+
+def told_apart(groups: Groups, kept: frozenset[str]) -> tuple[list[Hypothesis], list[float]]:
+    """What some latents may be together, and how many hypotheses have it so."""
+    rows: dict[frozenset[tuple[str, Any]], float] = {}
+    for minds in groups.values():
+        shares = [
+            Counter(frozenset((x, v) for x, v in m.items() if x in kept) for m in each)
+            for each in minds
+        ]
+        for combined in product(*(each.items() for each in shares)):
+            row = frozenset().union(*(part for part, _ in combined))
+            count = math.prod(float(number) for _, number in combined)
+            rows[row] = rows.get(row, 0.0) + count
+    order = [latent for each in groups.values() for part in each for m in part for latent in m]
+    place = {latent: number for number, latent in enumerate(dict.fromkeys(order))}
+    listed = [dict(sorted(row, key=lambda pair: place[pair[0]])) for row in rows]
+    return listed, list(rows.values())
+
+
+def rows_told_apart(groups: Groups, kept: frozenset[str]) -> int:
+    """How many rows `told_apart` lists."""
+    count = lambda each: len({frozenset((x, v) for x, v in m.items() if x in kept) for m in each})
+    return sum(math.prod(map(count, minds)) for minds in groups.values())

@@ -18,6 +18,7 @@ import numpy as np
 from i2pdsl.audience.particles import Draws, Index, SwarmTables, steps_of
 from i2pdsl.language.story import Particles
 from i2pdsl.language.vocabulary import Value
+from i2pdsl.worlds.hypotheses import Groups
 
 Row = Mapping[str, Value]
 MOST_PRODUCT = 4_000_000  # combinations of minds, possible or not, of which each has its row
@@ -90,32 +91,115 @@ def space_of(rows: Sequence[Row], parts: Sequence[frozenset[str]], flags: Sequen
     return Space((tuple(rows),), alone, np.zeros((1, len(rows)), bool))
 
 
-def rows_in(space: Space, rows: Sequence[Row]) -> Index:
-    """The number of the row that each joint hypothesis of listed ones is."""
-    sizes = [len(part) for part in space.parts]
-    strides = np.cumprod([1, *sizes[:0:-1]])[::-1].astype(int)
-    digits = np.zeros((len(sizes), max(sizes)), int)
-    for c, size in enumerate(sizes):
-        digits[c, :size] = np.arange(size) * strides[c]
-    if len(sizes) == 1:
-        return Index(digits, np.arange(len(rows)))
-    numbers = [{frozenset(m.items()): n for n, m in enumerate(part)} for part in space.parts]
+def space_of_groups(groups: Groups) -> Space:
+    """The space of hypotheses that are not listed, of the minds in each group."""
+    parts = len(next(iter(groups)))
+    numbers: list[dict[Any, int]] = [{} for _ in range(parts)]
+    for minds in groups.values():
+        for known, each in zip(numbers, minds, strict=True):
+            for mind in each:
+                known.setdefault(frozenset(mind.items()), len(known))
+    most = max(map(len, numbers))
+    possible = np.zeros((2**parts, parts, most), bool)
+    told = np.zeros((parts, most), bool)
+    for flags, minds in groups.items():
+        group = sum(flag << c for c, flag in enumerate(flags))
+        for c, (known, each) in enumerate(zip(numbers, minds, strict=True)):
+            places = [known[frozenset(mind.items())] for mind in each]
+            possible[group, c, places] = True
+            told[c, places] = flags[c]
+    return Space(tuple(tuple(map(dict, known)) for known in numbers), possible, told)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What expressions tell apart: a row stands for all hypotheses in which some latents are so.
+
+    Attributes:
+        index: the row of a hypothesis.
+        counts: how many hypotheses each stands for, [H].
+        members: for each row and part the minds that it may be.
+    """
+
+    index: Index
+    counts: np.ndarray
+    members: tuple[tuple[np.ndarray, ...], ...]
+
+    def drawn(self, rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """Hypotheses of rows, evenly among those that each stands for: [N, C] of [N]."""
+        uniform = generator.random((len(rows), len(self.members[0])))
+        return np.array(
+            [
+                [options[int(u * len(options))] for options, u in zip(each, us, strict=True)]
+                for each, us in zip((self.members[row] for row in rows), uniform, strict=True)
+            ]
+        )
+
+
+def rows_of(space: Space, rows: Sequence[Row], kept: frozenset[str] | None = None) -> Rows:
+    """How listed rows are told apart: by the values of all latents, or of those that are kept."""
+    if len(space.parts) == 1 and kept is None:
+        numbers = np.arange(len(rows))
+        each = tuple((numbers[n : n + 1],) for n in range(len(rows)))
+        return Rows(Index(numbers[None], numbers), np.ones(len(rows)), each)
+    told = lambda mind: frozenset((x, v) for x, v in mind.items() if kept is None or x in kept)
+    classes: list[dict[Any, int]] = []
+    of_minds = np.zeros((len(space.parts), space.possible.shape[-1]), int)
+    for c, part in enumerate(space.parts):
+        known: dict[Any, int] = {}
+        for number, mind in enumerate(part):
+            of_minds[c, number] = known.setdefault(told(mind), len(known))
+        classes.append(known)
+    index = _index(of_minds, [len(known) for known in classes])
     names = [frozenset().union(*part) for part in space.parts]
-    table = np.full(math.prod(sizes), -1)
-    for h, row in enumerate(rows):
+    members = []
+    for number, row in enumerate(rows):
         own = [frozenset((x, v) for x, v in row.items() if x in latents) for latents in names]
-        at = sum(number[m] * s for number, m, s in zip(numbers, own, strides, strict=True))
-        table[at] = h
-    return Index(digits, table)
+        at = [known[mind] for known, mind in zip(classes, own, strict=True)]
+        rational = [space.rational[c, of_minds[c].tolist().index(k)] for c, k in enumerate(at)]
+        group = sum(int(flag) << c for c, flag in enumerate(rational)) % len(space.possible)
+        members.append(
+            tuple(
+                np.flatnonzero((of_minds[c] == k) & space.possible[group, c])
+                for c, k in enumerate(at)
+            )
+        )
+        index.table[_at(index, members[-1])] = number
+    counts = np.array([math.prod(map(len, each)) for each in members], float)
+    return Rows(index, counts, tuple(members))
 
 
-def minds_of(space: Space, index: Index, rows: int) -> np.ndarray:
-    """The minds of each row of listed hypotheses, [H, C]."""
-    sizes = [len(part) for part in space.parts]
-    found = np.zeros((rows, len(sizes)), int)
-    there = np.flatnonzero(index.table >= 0)
-    found[index.table[there]] = np.stack(np.unravel_index(there, sizes), axis=-1)
-    return found
+def _at(index: Index, members: tuple[np.ndarray, ...]) -> int:
+    """Where in its table an index has hypotheses, of which all have the same row."""
+    return int(sum(index.digits[c, minds[0]] for c, minds in enumerate(members)))
+
+
+def _index(numbers: np.ndarray, sizes: Sequence[int]) -> Index:
+    """An index by numbers of minds [C, M], each below a size; its table is empty yet (-1)."""
+    strides = np.cumprod([1, *sizes[:0:-1]])[::-1].astype(int)
+    return Index(numbers * strides[:, None], np.full(math.prod(sizes), -1))
+
+
+def problems_in(space: Space, about: Sequence[int], problems: Mapping[Any, int]) -> Index:
+    """The problem of a hypothesis, by the minds of those whom it is about.
+
+    Args:
+        problems: the number of a problem, by such minds (frozensets of their latents); every other
+            one is that of who acts at random, the number after these.
+    """
+    shown = [c in about for c in range(len(space.parts))]
+    sizes = [len(part) if there else 1 for part, there in zip(space.parts, shown, strict=True)]
+    own = np.where(np.array(shown)[:, None], np.arange(space.possible.shape[-1]), 0)
+    own = np.minimum(own, np.array(sizes)[:, None] - 1)
+    index = _index(own, sizes)
+    numbers = [{frozenset(mind.items()): n for n, mind in enumerate(part)} for part in space.parts]
+    index.table[:] = 1 + max(problems.values(), default=-1)
+    for minds, problem in problems.items():
+        at = sum(
+            int(index.digits[c, numbers[c][mind]]) for c, mind in zip(about, minds, strict=True)
+        )
+        index.table[at] = problem
+    return index
 
 
 @dataclass(frozen=True)
@@ -126,55 +210,57 @@ class Seen:
         prior: of each row, [H].
         known: the rows that he thinks possible at all, [H].
         forgetting: the share of belief that is reassigned after each observed action.
-        columns: of each observation of a frame what the world's likelihoods of it depend on: the
-            problem of each row, [H].
+        problems, columns: see SwarmTables.
     """
 
     prior: np.ndarray
     known: np.ndarray
     forgetting: float
+    problems: tuple[Index, ...]
     columns: tuple[np.ndarray, ...]
 
 
-def swarm_tables(
-    space: Space, row: Index, minds: np.ndarray, seen: Seen, plan: Particles
-) -> SwarmTables:
-    """The numbers of an observer who holds so many particles.
+def problems_of_rows(row: Index, columns: Sequence[np.ndarray]) -> tuple[list[Index], list[Any]]:
+    """Where all hypotheses are listed, the problems of who acts, and a row that has each.
 
     Args:
-        minds: of each row, [H, C].
+        columns: for each observation of a frame the problem of each row, [H].
     """
-    even = np.full(len(minds), 1 / len(minds))
-    problems, columns = [], []
-    for column in seen.columns:
-        _, first, number = np.unique(column, return_index=True, return_inverse=True)
+    problems, first = [], []
+    for column in columns:
+        _, place, number = np.unique(column, return_index=True, return_inverse=True)
         problems.append(Index(row.digits, number[np.maximum(row.table, 0)]))
-        columns.append(first)
+        first.append(place)
+    return problems, first
+
+
+def swarm_tables(space: Space, rows: Rows, seen: Seen, plan: Particles) -> SwarmTables:
+    """The numbers of an observer who holds so many particles."""
     near, near_count = _near(space)
-    sizes = space.possible.sum(-1)
-    options = np.argsort(~space.possible, axis=-1, kind="stable")
-    anew = seen.known / seen.known.sum()
+    even = rows.counts / rows.counts.sum()
+    held = np.where(seen.known, rows.counts, 0.0)
     again = 0.0
-    if seen.known.sum() > 1:
-        again = seen.forgetting * seen.known.sum() / (seen.known.sum() - 1)
+    if held.sum() > 1:
+        again = seen.forgetting * held.sum() / (held.sum() - 1)
+    start = _generator(plan.seed, 0)
     with np.errstate(divide="ignore"):
         return SwarmTables(
             flag=space.flag,
-            options=options,
-            sizes=sizes,
+            options=np.argsort(~space.possible, axis=-1, kind="stable"),
+            sizes=space.possible.sum(-1),
             possible=space.possible,
             near=near,
             near_count=near_count,
             redrawn=_redrawn(space),
-            row=row,
-            problems=tuple(problems),
-            columns=tuple(columns),
+            row=rows.index,
+            problems=seen.problems,
+            columns=seen.columns,
             log_weight=np.log(seen.prior / even),
             log_known=np.log(np.where(seen.known, 1.0, 0.0)),
             log_rows=np.log(seen.prior),
-            first=minds[_spread(seen.prior, plan.count, _generator(plan.seed, 0))],
+            first=rows.drawn(_spread(seen.prior, plan.count, start), start),
             least=np.array(plan.least * plan.count),
-            draws=_draws(space, minds, anew, again, len(seen.columns), plan),
+            draws=_draws(rows, held / held.sum(), again, len(seen.columns), plan),
         )
 
 
@@ -190,11 +276,9 @@ def _spread(prior: np.ndarray, count: int, generator: np.random.Generator) -> np
     return found
 
 
-def _draws(
-    space: Space, minds: np.ndarray, anew: np.ndarray, again: float, observed: int, plan: Particles
-) -> Draws:
+def _draws(held: Rows, anew: np.ndarray, again: float, observed: int, plan: Particles) -> Draws:
     """What chance decides in each frame, whatever happens in it."""
-    count, characters = plan.count, len(space.parts)
+    count, characters = plan.count, len(held.members[0])
     observed = observed if again > 0 else 0
     offset = np.zeros(plan.frames)
     moves = np.zeros((plan.frames, plan.moves, steps_of(characters), count))
@@ -209,7 +293,7 @@ def _draws(
             ends = np.floor(np.arange(count + 1) * again + generator.random())
             jump[frame, u] = generator.permutation(np.diff(ends) > 0)
             rows = _spread(anew, count, generator)
-            fresh[frame, u] = minds[generator.permutation(rows)]
+            fresh[frame, u] = held.drawn(generator.permutation(rows), generator)
     return Draws(offset, moves, jump, fresh)
 
 

@@ -118,6 +118,11 @@ class World(Protocol):
         holds particles."""
 
     @property
+    def lists_hypotheses(self) -> bool:
+        """Whether rows of beliefs are hypotheses. Otherwise each stands for many: all viewers hold
+        particles, and the likelihoods of `log_rows` and `turns` are of problems (SwarmTables)."""
+
+    @property
     def keeps_doubt(self) -> bool:
         """Whether viewers forget so much after each action that nothing they think possible gets
         too improbable for single precision: beliefs may then be held as probabilities."""
@@ -323,6 +328,7 @@ class ContinuousWorld:
     tables: Any
     weak_chances: tuple[float, ...] = ()
     rows_are_scaled = keeps_doubt = False
+    lists_hypotheses = True
     turn_count = event_slots = 0
 
     @property

@@ -21,14 +21,14 @@ from i2pdsl.language.check import check_query, check_source
 from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import parse
 from i2pdsl.language.statements import LONGEST_FILE, decode, read_source
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.parse import parse_world as parse_grid
 from i2pdsl.worlds.kinds import parse_world
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "tests" / "golden"
-HELPERS = ("helpers_golden.story", "broken_golden.world")
+HELPERS = ("helpers_golden.story", "broken_golden.world", "many_golden.world")
 CASES = sorted(
     path
     for path in FOLDER.iterdir()
@@ -50,13 +50,13 @@ ELSEWHERE = {
 }
 
 
-def find_world(name: str, folder: Path | None) -> Vocabulary | None:
+def find_world(name: str, folder: Path | None, settings: Settings = ()) -> Vocabulary | None:
     """The worlds of the goldens: `smooth` is a kitchen whose actions cannot be listed."""
     if name == "smooth":
         kitchen = find_vocabulary("kitchen", folder)
         assert kitchen is not None
         return replace(kitchen, enumerable=False)
-    return find_vocabulary(name, folder)
+    return find_vocabulary(name, folder, settings)
 
 
 @cache

@@ -26,8 +26,9 @@ from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.start import can_start
 from i2pdsl.language.vocabulary import Weights
+from i2pdsl.objective.belief import first_belief
 from i2pdsl.objective.fold import compile_objective
-from i2pdsl.objective.frame import Frame, first_belief, observe
+from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate as evaluate_query
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.starts import allowed_starts

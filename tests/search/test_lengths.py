@@ -14,8 +14,9 @@ import pytest
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.vocabulary import Weights
+from i2pdsl.objective.belief import first_belief
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame, first_belief, observe
+from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Story

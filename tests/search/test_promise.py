@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl.objective.frame import first_belief, observe
+from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.frame import observe
 from i2pdsl.objective.terms import story_objective
 from worlds_for_tests import Pair, small_kitchen
 

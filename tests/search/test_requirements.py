@@ -11,8 +11,9 @@ import pytest
 
 from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
+from i2pdsl.objective.belief import first_belief
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame, first_belief, observe
+from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import VIOLATION, unmet, violations
 from i2pdsl.objective.terms import story_objective

@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from i2pdsl.objective.belief import first_belief
 from i2pdsl.objective.film import seen
-from i2pdsl.objective.frame import first_belief, observe
+from i2pdsl.objective.frame import observe
 from i2pdsl.programs import BRIEF
 from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 

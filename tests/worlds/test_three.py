@@ -652,8 +652,9 @@ MISTAKES = {
         "leave out one of them",
     ),
     "too many hypotheses": (
-        COURT.replace("{-1, 1}", MANY).replace("fox: {0, 2}", f"fox: {MANY}"),
-        "my.world:16:11: error[too-large]: viewers would hold up to 15,606 hypotheses",
+        COURT.replace("{-1, 1}", MANY).replace("fox: {0, 2}", f"fox: {MANY}")
+        + "audience\n    hypotheses = literal\n",
+        "my.world:16:11: error[too-large]: viewers would hold up to 16,384 hypotheses",
         "fewer goals or values of attitudes: at most 4,096",
     ),
     "three at the same time": (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
+from i2pdsl.worlds.grid.hypotheses import hypothesis_count
 from i2pdsl.worlds.grid.spec import GridSpec
 
 
@@ -64,7 +64,7 @@ def map_in_words(spec: GridSpec) -> list[str]:
 
 def in_words(spec: GridSpec) -> list[str]:
     lines = [f"    {row}" for row in map_in_words(spec)]
-    hypotheses = len(grid_hypotheses(spec))
+    hypotheses = hypothesis_count(spec)
     most = "at most " if spec.is_limited else ""
     lines += ["", f"{most}{spec.state_count:,} states, {hypotheses} hypotheses", ""]
     for c in spec.characters:

@@ -3,19 +3,30 @@ No arrays here."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import product
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 from i2pdsl.worlds.hypotheses import (
+    MOST_HYPOTHESES,
+    Groups,
     Hypothesis,
     Minded,
     attitudes_of,
     hypotheses_of,
+    latents_of,
+    minds_of_each,
     rationality_of,
     reading_of,
+    rows_told_apart,
+    told_apart,
     wants_of,
 )
+
+ROOM = 128  # rows, if the latents that must be kept apart leave room for others
 
 
 def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
@@ -24,9 +35,47 @@ def grid_hypotheses(spec: GridSpec) -> tuple[Hypothesis, ...]:
     `merged` counts each distinguishable hypothesis once; `literal` takes the paper's tuple word
     by word, every irrational robot once for each of its goals and attitudes (72 in the kitchen).
     """
+    if spec.is_sampled:
+        return apart(spec)[0]
     if len(spec.characters) > 1 and spec.settings.hypotheses == "literal":
         return _literal(spec.by_depth)
     return hypotheses_of(spec.by_depth, lambda goal: goal == NO_GOAL)
+
+
+@lru_cache(maxsize=16)
+def apart(spec: GridSpec) -> tuple[tuple[Hypothesis, ...], tuple[float, ...], frozenset[str]]:
+    """Where there are too many: what the latents that are kept apart may be together, how many
+    hypotheses have it so, and these latents. They are who is rational, those that a story names,
+    those of which the world's file has a prior, and as many others as there is room for.
+
+    Raises StoryError where those that must be kept may be too much together.
+    """
+    groups = minds_of_all(spec)
+    kept = frozenset(rationality_of(c.name) for c in spec.characters)
+    kept |= {name for name, _ in spec.shares} | set(spec.settings.asked.split())
+    count = rows_told_apart(groups, kept)
+    if count > MOST_HYPOTHESES:
+        named = ", ".join(sorted(set(spec.settings.asked.split())))
+        message = f"there are {count:,} ways how {named} may be together"
+        hint = f"a story of this world asks about fewer latents: at most {MOST_HYPOTHESES:,} ways"
+        raise error("too-large", message, whole_file(f"{spec.name}.world"), hint)
+    for latent in latents_of(spec.characters):
+        if rows_told_apart(groups, kept | {latent}) <= ROOM:
+            kept |= {latent}
+    rows, counts = told_apart(groups, kept)
+    return tuple(rows), tuple(counts), kept
+
+
+def minds_of_all(spec: GridSpec) -> Groups:
+    """Of each set of rational characters, in the order of acting, what each may think."""
+    return minds_of_each(spec.characters, lambda goal: goal == NO_GOAL)
+
+
+def hypothesis_count(spec: GridSpec) -> int:
+    """How many there are."""
+    if not spec.is_sampled:
+        return len(grid_hypotheses(spec))
+    return sum(math.prod(map(len, each)) for each in minds_of_all(spec).values())
 
 
 def _literal(characters: Sequence[Minded]) -> tuple[Hypothesis, ...]:

@@ -14,6 +14,7 @@ from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.language.vocabulary import ASKED
 from i2pdsl.worlds.blocks import Block, Value, header
 from i2pdsl.worlds.drawings import Files, beside, sprite_color, tile_look
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
@@ -37,6 +38,7 @@ from i2pdsl.worlds.grid.sprites import Sprites
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS, NAMED, taken
 from i2pdsl.worlds.hypotheses import (
     ATTITUDE,
+    MOST_HYPOTHESES,
     attitude_of,
     attitudes_of,
     count_at_most,
@@ -51,7 +53,7 @@ from i2pdsl.worlds.hypotheses import (
 EVENTS = ("deus",)
 TOGETHER = "together"
 MOST_CHARACTERS = 4
-MOST_HYPOTHESES = 4096
+MOST_OF_ALL = 10**12  # hypotheses, of which viewers hold some
 METHODS = ("auto", "exact", "additive")
 MOST_AT_ONCE = 12
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
@@ -163,9 +165,10 @@ class _Reader(MapReader):
                 self.problem("world-cast", message, at[who], hint)
             latents[latent] = who
         count = count_at_most(characters, literal)
-        if count > MOST_HYPOTHESES:
+        most = MOST_HYPOTHESES if literal else MOST_OF_ALL
+        if count > most:
             message = f"viewers would hold up to {count:,} hypotheses about this cast"
-            hint = f"fewer goals or values of attitudes: at most {MOST_HYPOTHESES:,}"
+            hint = f"fewer goals or values of attitudes: at most {most:,}"
             self.problem("too-large", message, at[characters[-1].name], hint)
 
     def walls_between(self, rows: list[str]) -> tuple[tuple[Cell, Cell], ...]:
@@ -736,4 +739,5 @@ SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
     "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
-assert set(SETTING_WORDS) | set(SETTING_RANGES) == {f.name for f in dataclass_fields(Settings)}
+_OF_FILES = {f.name for f in dataclass_fields(Settings)} - {ASKED}  # that is for stories to say
+assert set(SETTING_WORDS) | set(SETTING_RANGES) == _OF_FILES

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
-from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
+from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all
 from i2pdsl.worlds.grid.spec import NO_GOAL, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import (
     Hypothesis,
@@ -51,11 +55,54 @@ class Modelled(NamedTuple):
 
 def problem_keys(spec: GridSpec) -> tuple[tuple[Key, ...], ...]:
     """The distinct problems of each character, in the order in which hypotheses name them."""
+    if spec.is_sampled:
+        return tuple(tuple(dict.fromkeys(each.values())) for each in problems_of_minds(spec))
     rows = grid_hypotheses(spec)
     found = []
     for c in spec.characters:
         keys = (problem_of(spec, c, row) for row in rows if row[rationality_of(c.name)])
         found.append(tuple(dict.fromkeys(keys)))
+    return tuple(found)
+
+
+MOST_WAYS = 100_000  # how those may think on whose minds a character's problem depends
+
+Minds = tuple[frozenset[tuple[str, Any]], ...]
+"""One mind of each of some characters."""
+
+
+def thought_of(spec: GridSpec, character: Character) -> tuple[int, ...]:
+    """The numbers of those on whose minds a character's problem depends: itself, those whom it
+    models, those whom they model, and so on."""
+    names, last = {character.name}, set[str]()
+    while names != last:
+        last = set(names)
+        names |= {name for each in last for name in spec.character(each).models}
+    return tuple(n for n, c in enumerate(spec.characters) if c.name in names)
+
+
+@lru_cache(maxsize=4)
+def problems_of_minds(spec: GridSpec) -> tuple[dict[Minds, Key], ...]:
+    """For each character the problem that it solves where it is rational, by the minds of those
+    who are `thought_of`, without listing the hypotheses."""
+    found: list[dict[Minds, Key]] = []
+    groups = minds_of_all(spec)
+    for who, c in enumerate(spec.characters):
+        about, known = thought_of(spec, c), dict[Minds, Key]()
+        ways = max(math.prod(len(minds[n]) for n in about) for minds in groups.values())
+        if ways > MOST_WAYS:
+            names = ", ".join(spec.characters[n].name for n in about)
+            message = f"what {c.name} does depends on {ways:,} ways how {names} may think"
+            hint = f"at most {MOST_WAYS:,}: who models whom, or has an attitude to it, matters most"
+            raise error("too-large", message, whole_file(f"{spec.name}.world"), hint)
+        for flags, minds in groups.items():
+            if flags[who]:
+                for combined in product(*(minds[n] for n in about)):
+                    key = tuple(frozenset(mind.items()) for mind in combined)
+                    if key not in known:
+                        row = {x: v for mind in combined for x, v in mind.items()}
+                        known[key] = problem_of(spec, c, row)
+        found.append(known)
     return tuple(found)
 
 

@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
+from i2pdsl.worlds.hypotheses import MOST_HYPOTHESES, count_at_most
+
 ACTIONS = ("north", "south", "east", "west", "stay")
 STAY = 4
 DIAGONALS = ("north_east", "south_east", "south_west", "north_west")
@@ -152,6 +154,7 @@ class Settings:
     method: str = "auto"  # of planning: auto | exact | additive (additive.py)
     at_once: int = 3  # entities that additive planning plans for together
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
+    asked: str = ""  # the latents that are kept apart, where all hypotheses are too many
 
 
 @dataclass(frozen=True)
@@ -330,6 +333,12 @@ class GridSpec:
             )
         return tuple(found)
 
+    @cached_property
+    def is_sampled(self) -> bool:
+        """Whether there are more hypotheses than anybody can hold."""
+        literal = self.settings.hypotheses == "literal"
+        return count_at_most(self.characters, literal) > MOST_HYPOTHESES
+
     def character(self, name: str) -> Character:
         return next(c for c in self.characters if c.name == name)
 
@@ -345,7 +354,7 @@ class GridSpec:
         content = asdict(self)
         for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
-        for key in ("forgetting", "switching", "hypotheses", "method", "at_once"):
+        for key in ("forgetting", "switching", "hypotheses", "method", "at_once", "asked"):
             content["settings"].pop(key)
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.particles import Index, SwarmTables
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.story import Particles
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.grid.arrays import Tables
+from i2pdsl.worlds.grid.hypotheses import minds_of_all
+from i2pdsl.worlds.grid.problems import problems_of_minds, thought_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.hypotheses import parts_of, rationality_of
-from i2pdsl.worlds.minds import Seen, minds_of, rows_in, space_of, swarm_tables
+from i2pdsl.worlds.minds import (
+    Seen,
+    Space,
+    problems_in,
+    problems_of_rows,
+    rows_of,
+    space_of,
+    space_of_groups,
+    swarm_tables,
+)
 from i2pdsl.worlds.world import Viewer
 
 
@@ -18,15 +30,19 @@ def swarms_of(
     spec: GridSpec, words: Vocabulary, viewers: tuple[Viewer, ...], tables: Tables
 ) -> tuple[SwarmTables | None, ...]:
     """Those of each viewer, None of one who holds all hypotheses; empty where nobody has any."""
-    if not any(viewer.particles for viewer in viewers):
+    if not (spec.is_sampled or any(viewer.particles for viewer in viewers)):
         return ()
-    flags = [rationality_of(c.name) for c in spec.characters]
-    space = space_of(words.hypotheses, parts_of(spec.characters), flags)
-    row = rows_in(space, words.hypotheses)
-    minds = minds_of(space, row, len(words.hypotheses))
+    if spec.is_sampled:
+        space = space_of_groups(minds_of_all(spec))
+        rows = rows_of(space, words.hypotheses, words.kept)
+    else:
+        flags = [rationality_of(c.name) for c in spec.characters]
+        space = space_of(words.hypotheses, parts_of(spec.characters), flags)
+        rows = rows_of(space, words.hypotheses)
     found: list[SwarmTables | None] = []
     for o, viewer in enumerate(viewers):
-        if viewer.particles is None:
+        plan = viewer.particles or (Particles() if spec.is_sampled else None)
+        if plan is None:
             found.append(None)
             continue
         if viewer.spec.settings.switching:
@@ -34,8 +50,23 @@ def swarms_of(
             hint = "leave out `switching`, or write `bayesian` for `particles`"
             raise error("audience", message, whole_file(spec.name), hint)
         known = np.array(viewer.known or (True,) * len(words.hypotheses))
-        columns = tuple(column[o] for column in tables.columns)
+        if spec.is_sampled:
+            problems = _problems(spec, space)
+            columns = [np.arange(column.shape[1]) for column in tables.columns]
+        else:
+            problems, columns = problems_of_rows(rows.index, [c[o] for c in tables.columns])
         forgetting = float(viewer.spec.settings.forgetting)
-        seen = Seen(np.exp(tables.log_prior[o]), known, forgetting, columns)
-        found.append(swarm_tables(space, row, minds, seen, viewer.particles))
+        prior = np.exp(tables.log_prior[o])
+        seen = Seen(prior, known, forgetting, tuple(problems), tuple(columns))
+        found.append(swarm_tables(space, rows, seen, plan))
     return tuple(found)
+
+
+def _problems(spec: GridSpec, space: Space) -> list[Index]:
+    """Of each character the number of its problem (problem_keys) under a hypothesis."""
+    found = []
+    for c, known in zip(spec.characters, problems_of_minds(spec), strict=True):
+        numbers = {key: number for number, key in enumerate(dict.fromkeys(known.values()))}
+        problems = {minds: numbers[key] for minds, key in known.items()}
+        found.append(problems_in(space, thought_of(spec, c), problems))
+    return found

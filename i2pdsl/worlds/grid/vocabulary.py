@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from i2pdsl.language.vocabulary import Predicate, Setting, Vocabulary, Weights
-from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
+from i2pdsl.language.vocabulary import ASKED, Predicate, Setting, Vocabulary, Weights
+from i2pdsl.worlds.grid.hypotheses import apart, grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
 from i2pdsl.worlds.hypotheses import latents_of, rationality_of, readings_of
@@ -99,6 +99,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         settings={
             f.name: _setting(f.name, getattr(spec.settings, f.name), spec)
             for f in fields(spec.settings)
+            if f.name != ASKED or spec.is_sampled
         },
         observer_settings=("beta", "forgetting", "level0", "switching"),
         free=frozenset(spec.free_cells),
@@ -109,6 +110,8 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         documentation=spec.documentation,
         readings=readings_of(spec.characters),
         shares={name: dict(weights) for name, weights in spec.shares},
+        counts=apart(spec)[1] if spec.is_sampled else (),
+        kept=apart(spec)[2] if spec.is_sampled else frozenset(),
     )
 
 
@@ -120,6 +123,11 @@ def _automatic(spec: GridSpec) -> frozenset[str]:
 
 
 def _setting(name: str, default: float | str, spec: GridSpec) -> Setting:
+    if name == ASKED:
+        about = "which latents viewers keep apart; those that a story names are added"
+        return Setting(name, default, about, names=frozenset(latents_of(spec.characters)))
+    if name == "hypotheses" and spec.is_sampled:
+        return Setting(name, default, "each distinct hypothesis once", ("merged",))
     if name == "hypotheses":
         counts = [len(grid_hypotheses(spec.with_settings({name: x}))) for x in SETTING_WORDS[name]]
         about = f"merged: each distinct hypothesis once ({counts[0]}); "

@@ -111,6 +111,10 @@ class GridWorld:
         return tables.swarms
 
     @property
+    def lists_hypotheses(self) -> bool:
+        return not self.spec.is_sampled
+
+    @property
     def keeps_doubt(self) -> bool:
         if self.tables.swarms:
             return False
@@ -257,8 +261,11 @@ class GridWorld:
 
     def with_audience(self, sharpness: float, forgetting: Array, log_prior: Array) -> GridWorld:
         """Values stay as they are: beta changes what is made of them, not what the modelled one
-        is expected to do. The other viewers hold all hypotheses."""
+        is expected to do. The other viewers hold all hypotheses; where nobody can, they hold the
+        particles of these, and differ in sharpness alone."""
         sharper = tuple(sharpness * beta for beta in self.tables.sharpness)
+        if not self.lists_hypotheses:
+            return replace(self, tables=self.tables._replace(sharpness=sharper))
         told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
         switching = tuple(each.given(log_prior) for each in self.tables.switching)
         return replace(self, tables=self.tables._replace(**told, switching=switching, swarms=()))
@@ -376,12 +383,15 @@ def assemble(
         keys = [key for p in distinct for key in p.keys[who]]
         goals.append(on_goal(spec, dynamics, who, keys))
         beta = np.empty(len(keys))
-        column = np.full((len(viewers), len(rows)), len(keys))
+        most = len(plans[0].keys[who]) + 1 if spec.is_sampled else len(rows)
+        column = np.full((len(viewers), most), len(keys))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
             first = offsets[who][places[seen_as[o]]]
             sharp = viewer.sharpness * viewer.spec.settings.beta
             beta[first : first + len(plan.keys[who])] = sharp
-            for h, row in enumerate(rows):
+            if spec.is_sampled:  # the likelihoods are of problems, of which particles have one each
+                column[o, :-1] = first + np.arange(most - 1)
+            for h, row in enumerate(() if spec.is_sampled else rows):
                 if row[rationality_of(c.name)]:
                     key = problem_of(viewer.spec, c, row)
                     column[o, h] = first + plan.keys[who].index(key)
