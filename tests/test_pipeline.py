@@ -95,7 +95,7 @@ def test_the_score_is_the_objective_with_the_automatic_terms(result: i2pdsl.Resu
 
 def test_another_assumption_can_be_made(result: i2pdsl.Result) -> None:
     script = result.script
-    assert float(script.query("P(R_robot | script[:T])")) == 1
+    assert float(script.query("P(R_robot | script[:T])")) == pytest.approx(1)
     free = script.query("P(R_robot | script[:t])", assume="nothing")
     assert free[0] == pytest.approx(31 / 34)
     sure = script.query("P(rho > 0 | script[:t])", assume="G_robot = pink and rho != 0")

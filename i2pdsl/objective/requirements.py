@@ -223,9 +223,21 @@ class _Verdicts:
         near = (0, frame) if isinstance(node, ty.Feature) else (0, frame - 1, frame)
         plain = all(m.first is None and not m.turns and m.frames[0] in near for m in moments)
         whole = all(m.seen is None or m.frames[0] == frame for m in moments)
-        if not (plain and whole and 0 < frame < self.length):
+        if not (plain and whole and frame > 0):
+            return node
+        if self.events is None and isinstance(node, ty.Feature) and frame <= self.length:
+            return self._of_any_frame(node, frame)
+        if frame >= self.length:
             return node
         return ty.Reduction("sum", frame, frame, _at_t(node, frame))
+
+    def _of_any_frame(self, node: ty.Feature, frame: int) -> ty.Typed:
+        """What is seen in a frame whose number the compiled search is given, so that moving a pin
+        needs no other search."""
+        chosen = tuple(float(t == frame) for t in range(1, self.length + 1))
+        at_t = replace(node, moment=ty.Moment((), range(1, self.length + 1), 1))
+        body = ty.Apply("choose", (ty.TimeTable(1, chosen), at_t, _number(0)))
+        return ty.Reduction("sum", 1, self.length, body)
 
 
 def _only_frame(node: ty.Typed) -> int | None:

@@ -11,7 +11,7 @@ minimize sum_t 0.3 * [distance(little, big) @ script[t]]
 minimize sum_t 0.05 * ([acceleration(little) @ script[t]] + [acceleration(big) @ script[t]])
 
 # expect mean_{t in T/2..T} P[friend](rho > 0 | script[:t]) >= 0.85
-# expect mean_{t in T/2..T} P(rho < 0 | script[:t]) >= 0.85
+# expect mean_{t in T/2..T} P(rho < 0 | script[:t]) >= 0.6
 # expect mean_t P(rho > 0 | script[:t]) <= 0.2
 # expect sum_t [progress(little, nest) @ script[t]] >= 5
 # expect mean_t [touching(little, big) @ script[t]] >= 0.3

@@ -8,12 +8,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from jax.tree import leaves as tree_leaves
 
 from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.pins import broken, pinned, still_to_break
 from i2pdsl.objective.replay import replay
+from i2pdsl.objective.terms import story_objective
 from i2pdsl.pipeline import Story
 from i2pdsl.scripts import Script, make_record, script_of
 from i2pdsl.worlds.grid.world import GridWorld
@@ -216,3 +218,17 @@ def test_a_descent_keeps_what_is_done_and_comes_near_to_where_it_was_done() -> N
     assert np.array_equal(was.states[:4], now.states[:4])
     away = lambda path: np.abs(path.states[8:10, :2] - was.states[8:10, :2]).max()
     assert away(now) < 0.3 * away(free.trajectory)
+
+
+def test_a_pin_of_a_plane_moves_without_another_program() -> None:
+    """Compiling a descent takes half a minute."""
+    desk = build_plane(DESK)
+    shapes = set()
+    for frame, place in ((3, "left"), (7, "left"), (12, "left")):
+        pin = f"pin script[{frame}]: at(hand, {place})"
+        text = f"world desk\nlength 12\nmaximize depict(G_hand = left)\n{pin}\n"
+        typed = check_source(Source("s.story", text), lambda *_: desk.vocabulary)
+        assert not isinstance(typed, Library)
+        found = story_objective(typed, desk)
+        shapes.add((found.shape, tuple(np.shape(part) for part in tree_leaves(found.params))))
+    assert len(shapes) == 1

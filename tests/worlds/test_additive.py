@@ -13,7 +13,7 @@ import pytest
 
 import reference as R
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.worlds.grid import method, model
+from i2pdsl.worlds.grid import cost, method, model
 from i2pdsl.worlds.grid.additive import coefficients, core
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
@@ -308,11 +308,13 @@ def test_auto_is_exact_where_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     assert spec.settings.method == "auto"
     assert method.at_once(spec) is None
     needed = method.estimated_bytes(spec)
-    monkeypatch.setattr(method, "memory_limit", lambda: needed - 1)
+    for module in (cost, method):
+        monkeypatch.setattr(module, "memory_limit", lambda: needed - 1)
     assert method.at_once(spec) == 3
-    monkeypatch.setattr(method, "memory_limit", lambda: needed)
+    for module in (cost, method):
+        monkeypatch.setattr(module, "memory_limit", lambda: needed)
     assert method.at_once(spec) is None
-    monkeypatch.setattr(method, "PATIENCE", method.estimated_seconds(spec) / 2)
+    monkeypatch.setattr(cost, "PATIENCE", method.estimated_seconds(spec) / 2)
     assert method.at_once(spec) == 3
 
 
@@ -322,7 +324,7 @@ def test_who_did_not_ask_for_it_is_warned(monkeypatch: pytest.MonkeyPatch) -> No
     assert told(auto) == []
     monkeypatch.setattr(method, "FEW", 0)
     assert told(auto) == []
-    monkeypatch.setattr(method, "PATIENCE", method.estimated_seconds(auto) / 2)
+    monkeypatch.setattr(cost, "PATIENCE", method.estimated_seconds(auto) / 2)
     (warning,) = told(auto)
     assert warning.severity == "warning"
     assert f"{auto.state_count:,} states" in warning.message

@@ -16,8 +16,9 @@ import numpy as np
 from i2pdsl.planning.problem import Problem
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Tables, continued
+from i2pdsl.worlds.grid.cost import SWEEP_SECONDS
 from i2pdsl.worlds.grid.dynamics import Dynamics
-from i2pdsl.worlds.grid.method import SWEEP_SECONDS, planned
+from i2pdsl.worlds.grid.method import planned
 from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec

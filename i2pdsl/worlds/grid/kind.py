@@ -15,6 +15,7 @@ from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
+from i2pdsl.worlds.grid.cost import is_plainly_brief
 from i2pdsl.worlds.grid.map import SYNTAX
 from i2pdsl.worlds.grid.painting import read_map, with_map
 from i2pdsl.worlds.grid.parse import parse_world
@@ -79,16 +80,12 @@ class GridKind(Kind):
         return grid_vocabulary(spec)
 
     def as_json(self, spec: GridSpec) -> dict[str, Any]:
-        from i2pdsl.worlds.grid.method import at_once
-
-        most = at_once(spec)
+        most = _at_once(spec)
         told = {} if most is None else {"method": "additive", "at_once": most}
         return describe.as_json(spec) | told
 
     def in_words(self, spec: GridSpec) -> list[str]:
-        from i2pdsl.worlds.grid.method import at_once
-
-        most = at_once(spec)
+        most = _at_once(spec)
         told = (
             [] if most is None else [f"planned additively, {most} at once: beliefs are approximate"]
         )
@@ -97,9 +94,7 @@ class GridKind(Kind):
     def warnings(
         self, spec: GridSpec, where: str, story: TypedStory | None = None
     ) -> tuple[Diagnostic, ...]:
-        from i2pdsl.worlds.grid.method import method_warnings
-
-        told = method_warnings(spec, where)
+        told = _method_warnings(spec, where)
         if story is None:
             return goal_warnings(spec, where) + told
         return goal_warnings(spec, where, story.start, story.length) + told
@@ -233,6 +228,24 @@ class GridKind(Kind):
         from i2pdsl.worlds.grid.script import turn_in_words
 
         return " ".join(turn_in_words(world, int(a)) for a in path.actions[first - 1 :])
+
+
+def _at_once(spec: GridSpec) -> int | None:
+    """How many entities are planned for together; None where all are, exactly. Most worlds need no
+    arrays to tell."""
+    if spec.settings.method != "additive" and is_plainly_brief(spec):
+        return None
+    from i2pdsl.worlds.grid.method import at_once
+
+    return at_once(spec)
+
+
+def _method_warnings(spec: GridSpec, where: str) -> tuple[Diagnostic, ...]:
+    if spec.settings.method != "auto" or is_plainly_brief(spec):
+        return ()
+    from i2pdsl.worlds.grid.method import method_warnings
+
+    return method_warnings(spec, where)
 
 
 def _event(event: Mapping[str, Any] | None) -> str | None:

@@ -9,6 +9,7 @@ from functools import partial
 
 from i2pdsl.errors import Diagnostic, error, whole_file
 from i2pdsl.sizes import memory_limit
+from i2pdsl.worlds.grid import cost
 from i2pdsl.worlds.grid.additive import SubWorld, sub_worlds, summed
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.planning import (
@@ -21,7 +22,6 @@ from i2pdsl.worlds.grid.planning import (
     check_numbers,
     estimated_bytes,
     is_plain,
-    listed_arrangements,
     load_or_plan,
     problem_keys,
 )
@@ -29,13 +29,9 @@ from i2pdsl.worlds.grid.reduced import reduced
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.kind import Approximation
 
-PATIENCE = 600.0  # seconds of exact planning above which `auto` is additive
 PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
 FEW = 10_000  # states for which plans are exact however many problems there are
 BRIEF = 8.0  # seconds of exact planning on a small copy
-# What a sweep takes for each state and problem (measured: the kitchen, two cores), and how many
-# there are for each 1 / (1 - gamma).
-SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
 
 
 def at_once(spec: GridSpec) -> int | None:
@@ -45,7 +41,7 @@ def at_once(spec: GridSpec) -> int | None:
         return None
     if method == "additive":
         return most if most < len(spec.entities) else None
-    if estimated_bytes(spec) <= memory_limit() and estimated_seconds(spec) <= PATIENCE:
+    if cost.is_brief(spec, sum(map(len, problem_keys(spec)))):
         return None
     fewer = range(min(most, len(spec.entities) - 1), 1, -1)
     return next((n for n in fewer if _fits(spec, n)), None)
@@ -54,14 +50,12 @@ def at_once(spec: GridSpec) -> int | None:
 def _fits(spec: GridSpec, most: int) -> bool:
     """Whether an additive plan takes little enough memory and time."""
     seconds = sum(estimated_seconds(part.spec, part.keys) for part in _parts(spec, most))
-    return additive_bytes(spec, most) <= memory_limit() and seconds <= PATIENCE
+    return additive_bytes(spec, most) <= memory_limit() and seconds <= cost.PATIENCE
 
 
 def estimated_seconds(spec: GridSpec, keys: Keys | None = None) -> float:
     """How long exact planning takes, roughly."""
-    problems = sum(map(len, keys or problem_keys(spec)))
-    sweeps = SWEEPS * spec.frame_count / (1 - spec.settings.gamma)
-    return SWEEP_SECONDS * spec.state_count * problems * len(spec.characters) * sweeps
+    return cost.planning_seconds(spec, sum(map(len, keys or problem_keys(spec))))
 
 
 def additive_bytes(spec: GridSpec, most: int) -> int:
@@ -69,7 +63,7 @@ def additive_bytes(spec: GridSpec, most: int) -> int:
     copies for a search (measured); the values of all sub-worlds; and the largest one's planning."""
     parts = _parts(spec, most)
     listed = spec.state_count * (60 * len(spec.characters) + 6 * len(spec.entities) + 40)
-    listed += 12 * listed_arrangements(spec)
+    listed += 12 * cost.listed_arrangements(spec)
     kept = sum(
         16 * part.spec.place_count ** len(part.spec.entities) * sum(map(len, part.keys))
         for part in parts
@@ -100,7 +94,7 @@ def check_size(spec: GridSpec) -> None:
 
 def _what_fits(spec: GridSpec, most: int) -> str | None:
     """An additive plan that would fit, with at most so many at once; None where there is none."""
-    if not is_plain(spec) or listed_arrangements(spec) > LARGEST_INDEX:
+    if not is_plain(spec) or cost.listed_arrangements(spec) > LARGEST_INDEX:
         return None
     for fewer in range(min(most, len(spec.entities) - 1), 1, -1):
         needed = additive_bytes(spec, fewer)

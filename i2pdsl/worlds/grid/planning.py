@@ -15,6 +15,7 @@ from i2pdsl.planning import store
 from i2pdsl.planning.problem import Problem, Response, boltzmann, expected_reward
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid.arrays import Terms
+from i2pdsl.worlds.grid.cost import listed_arrangements, planning_bytes
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.problems import (
     Key,
@@ -66,19 +67,9 @@ class Plan:
     terms: tuple[Terms, ...] | None = None
 
 
-def estimated_bytes(spec: GridSpec, all_keys: Keys | None = None) -> int:
-    """Memory that planning takes at its peak: tables, values and their copies (measured)."""
-    problems = sum(len(keys) for keys in all_keys or problem_keys(spec))
-    # A state's values, its rewards and policies in the groups, and its successors.
-    each = 100 * problems + 500
-    if spec.settings.horizon:  # the values of every frame, and their copy on the device
-        each += 8 * spec.frame_count * problems
-    return 2**26 + spec.state_count * each + 4 * listed_arrangements(spec)
-
-
-def listed_arrangements(spec: GridSpec) -> int:
-    """The length of the table of all arrangements, valid or not (Dynamics.lookup)."""
-    return 0 if spec.is_sparse else spec.arrangement_count
+def estimated_bytes(spec: GridSpec, keys: Keys | None = None) -> int:
+    """Memory that planning takes at its peak."""
+    return planning_bytes(spec, sum(map(len, keys or problem_keys(spec))))
 
 
 def check_memory(spec: GridSpec, what_fits: str | None = None) -> None:

@@ -75,8 +75,19 @@ def clearance(segments: np.ndarray, points: np.ndarray) -> np.ndarray:
     return norm(points[..., None, :] - nearest_on(segments, points)).min(-1)
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _cross(a: Array, b: Array) -> Array:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def crossed(segments: Array, start: Array, end: Array) -> Array:
+    """Whether the straight way from a point to another [..., 2] crosses each segment [W, 2, 2]:
+    [..., W]."""
+    first, second = segments[:, 0], segments[:, 1]
+    start, end = start[..., None, :], end[..., None, :]
+    wall, way = second - first, end - start
+    across = _cross(wall, start - first) * _cross(wall, end - first) < 0
+    found: Array = across & (_cross(way, first - start) * _cross(way, second - start) < 0)
+    return found
 
 
 def in_sight(
