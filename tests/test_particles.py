@@ -108,7 +108,14 @@ def watch(
 PLAN = Particles(count=64, frames=16, moves=1)
 
 
-@pytest.mark.parametrize(("forgetting", "known"), [(0.0, ""), (0.05, ""), (0.05, "pink")])
+@pytest.mark.parametrize(
+    ("forgetting", "known"),
+    [
+        pytest.param(0.0, "", marks=pytest.mark.slow),
+        (0.05, ""),
+        pytest.param(0.05, "pink", marks=pytest.mark.slow),
+    ],
+)
 def test_the_evidence_is_unbiased_at_the_nominal_rate(forgetting: float, known: str) -> None:
     """Of 12 scripts, each with 150 seeds, as many means lie beyond two standard errors as should:
     7 or more of 12 at a rate of .05 happen once in 10^6 times."""
@@ -122,7 +129,7 @@ def test_the_evidence_is_unbiased_at_the_nominal_rate(forgetting: float, known: 
     assert abs(np.mean(far)) < 4 / np.sqrt(len(far)), far
 
 
-@pytest.mark.parametrize("forgetting", [0.0, 0.05])
+@pytest.mark.parametrize("forgetting", [pytest.param(0.0, marks=pytest.mark.slow), 0.05])
 def test_beliefs_converge_as_the_count_grows(forgetting: float) -> None:
     world, viewer = exact(forgetting)
     frames = script(world, 3)
