@@ -64,10 +64,7 @@ _MOVES = (
     "a move goes one cell north, south, east or west, or aslant where a character has "
     "`diagonals = yes`"
 )
-_FIXED = (
-    "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`; who may "
-    "put it down again, `puts_down = KEY`"
-)
+_FIXED = "a door is an `object` with `opened_by = KEY`; who opens it has `carries = KEY`"
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
 _SEEN = (
     "everyone sees everything but goals and attitudes; who may be wrong about another's goal "
