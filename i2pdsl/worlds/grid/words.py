@@ -66,10 +66,7 @@ _MOVES = (
 )
 _FIXED = "a door is an `object` with `opened_by = KEY`; who opens it has `carries = KEY`"
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
-_SEEN = (
-    "everyone sees everything but goals and attitudes; who may be wrong about another's goal "
-    "`misreads`, and about where an object is, `supposes = {OBJECT: {TILE, TILE}}`"
-)
+_SEEN = "everyone sees everything but goals; who may be wrong has `misreads` or `supposes`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
 _WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
