@@ -73,10 +73,7 @@ _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
 _ONLY_CELL = "there is nothing to lose or remember: a character is in its cell, and carries objects"
-_LEVELS = (
-    "a character plans against another with `models`, or with `toward` and `attitude`; it may be "
-    "wrong with `misreads` and `supposes`"
-)
+_LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
 _PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
