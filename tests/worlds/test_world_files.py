@@ -403,7 +403,7 @@ def test_words_of_other_blocks_and_of_other_tools_are_told_where_they_belong() -
         ("    forgetting = 0.1", "`forgetting` belongs to `audience`"),
         ("    start = (1, 0)", "`start` belongs in the story: `start at(bob, (column, row))`"),
         ("    sees = 2", "everyone sees everything but goals"),
-        ("    moves = {north, northeast}", "there are no other moves"),
+        ("    moves = {north, northeast}", "where a character has `diagonals = yes`"),
         ("    goal = a", "did you mean `goals`?"),
         ("    horizon = 3", "`horizon` belongs to `planning`"),
         ("    terminal = a", "how many frames there are is `horizon`"),

@@ -64,25 +64,16 @@ _MOVES = (
     "a move goes one cell north, south, east or west, or aslant where a character has "
     "`diagonals = yes`"
 )
-_FIXED = (
-    "a door is an `object` with `opened_by = KEY`, and who opens it has `carries = KEY`; who may "
-    "put it down again, `puts_down = KEY`"
-)
+_FIXED = "a door is an `object` with `opened_by = KEY`; who opens it has `carries = KEY`"
 _SWITCHED = "there are no switches or ways from afar: a cell is a wall or free from first to last"
-_SEEN = (
-    "everyone sees everything but goals and attitudes; who may be wrong about another's goal "
-    "`misreads`, and about where an object is, `supposes = {OBJECT: {TILE, TILE}}`"
-)
+_SEEN = "everyone sees everything but goals; who may be wrong has `misreads` or `supposes`"
 _ENDLESS = "no tile ends a story; how many frames there are is `horizon` in the block `planning`"
 _WORTH = "all goals are worth the same, `goal` in the block `rewards`; a tile can have a `cost`"
 _LENGTH = "how long it takes is said in the story: `length 15`"
 _START = "belongs in the story: `start at(WHO, (column, row))`"
 _CHANCE = "the one thing left to chance is whether a move succeeds: `success` of a character"
 _ONLY_CELL = "there is nothing to lose or remember: a character is in its cell, and carries objects"
-_LEVELS = (
-    "a character plans against another with `models`, or with `toward` and `attitude`; it may be "
-    "wrong with `misreads` and `supposes`"
-)
+_LEVELS = "a character plans against another with `models`, or with `toward` and `attitude`"
 _PRIOR = "weights of a latent's values stand in `audience`: `prior(LATENT) = {VALUE: WEIGHT}`"
 _WHO = "someone who acts is a `character`"
 _WHAT = "a thing that stands in the way is an `object`, and a character `pushes` it"
