@@ -126,7 +126,7 @@ def clocked(works: dict[str, Callable[[], Any]], repeats: int) -> dict[str, Cloc
 def arrays_of(world: Any) -> tuple[Arrays, np.ndarray]:
     """The arrays of a planned `GridWorld`, and where each of their problems stands in its
     tables: int [P]."""
-    from i2pdsl.worlds.grid.problems import costs, on_goal, problem_keys
+    from i2pdsl.worlds.grid.problems import Key, costs, on_goal, problem_keys
 
     spec, tables, dynamics = world.spec, world.tables, world.dynamics
     weak, strong = spec.characters
@@ -137,7 +137,10 @@ def arrays_of(world: Any) -> tuple[Arrays, np.ndarray]:
     facing = [weak.goals.index(s.key.goal) if s.key else len(weak.goals) for s in seen]
     order = np.argsort(facing, kind="stable")
     place = np.append(np.argsort(order), len(order))
-    home = lambda who, goals: on_goal(spec, dynamics, list(goals))[:, dynamics.cells[:, who]]
+    keys_of = lambda goals: [Key(goal) for goal in goals]
+    home = lambda who, goals: on_goal(spec, dynamics, who, keys_of(goals))[
+        :, dynamics.cells[:, who]
+    ]
     rows = world.vocabulary.hypotheses
     rational = np.array([all(v for k, v in row.items() if k.startswith("R_")) for row in rows])
     settings = spec.settings

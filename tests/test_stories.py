@@ -13,7 +13,8 @@ from stories_for_tests import MAPS, PATHS, check, expectations, name
 # Told by the same pattern as another one, with other values, or in a world of three as another; one
 # is searched in seven lengths.
 TWINS = (
-    *("rivals", "unmasked", "alliance", "favourite", "turncoat", "park/shared-secret"),
+    *("rivals", "unmasked", "alliance", "favourite", "matchmaker", "turncoat"),
+    "park/shared-secret",
     *("hinder", "indifferent", "misjudged", "flashback-hinder", "icarus", "man-in-a-hole"),
     *("oedipus", "rags-to-riches", "riches-to-rags", "change-of-heart"),
 )

@@ -62,7 +62,7 @@ def test_what_is_no_conjunction_has_no_words() -> None:
         ("kitchen/arc", []),
         ("maze/suspenseful", ["rho"]),
         ("plane/chase", ["G_sheep", "G_wolf"]),
-        ("hill/mime", ["weight", "will"]),
+        ("hill/mime", ["weight", "will"] * 9),  # told to nine
     ],
 )
 def test_the_subjects_of_stories(story: str, latents: list[str]) -> None:

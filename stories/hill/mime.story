@@ -19,10 +19,10 @@ let wanted = weight = 0.5 and will = eager
 let work = [effort(hopper) @ script[t]]
 
 maximize sum_t 3 * (log(P(wanted | script[:t]))
-  + log(P[one](wanted | script[:t])) + log(P[two](wanted | script[:t]))
-  + log(P[three](wanted | script[:t])) + log(P[four](wanted | script[:t]))
-  + log(P[five](wanted | script[:t])) + log(P[six](wanted | script[:t]))
-  + log(P[seven](wanted | script[:t])) + log(P[eight](wanted | script[:t])))
+    + log(P[one](wanted | script[:t])) + log(P[two](wanted | script[:t]))
+    + log(P[three](wanted | script[:t])) + log(P[four](wanted | script[:t]))
+    + log(P[five](wanted | script[:t])) + log(P[six](wanted | script[:t]))
+    + log(P[seven](wanted | script[:t])) + log(P[eight](wanted | script[:t])))
 maximize sum_t (3 * min(work, 1.3) - 1.5 * work + 5 * [taut(hopper) @ script[t]])
 maximize sum_t 0.05 * [progress(box) @ script[t]]
 

@@ -16,7 +16,8 @@ from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 
 FRAMES = 6
 SPECS = {spec.name: spec for spec in (DESK, PAIR, WALLED)}
-CASES = [("desk", "step"), ("desk", "path"), ("pair", "path"), ("walled", "step")]
+PAIRED = pytest.param("pair", "path", marks=pytest.mark.slow)  # takes long to compile
+CASES = [("desk", "step"), ("desk", "path"), PAIRED, ("walled", "step")]
 
 
 @cache
