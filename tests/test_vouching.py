@@ -26,29 +26,8 @@ from i2pdsl.worlds.grid.reach import steps_to
 from i2pdsl.worlds.grid.reduced import reduced
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.record import parse_record
+from worlds_for_tests import CROWD
 
-CROWD = """
-map
-    P..
-    ..G
-tile pink
-    symbol = P
-tile green
-    symbol = G
-character cheese
-    success = 0.6
-    goals = {pink, green}
-character robot
-    goals = {pink, none}
-    pushes = {cheese, table, chair}
-    toward = cheese
-    attitude = {-1, 1}
-object table
-object chair
-planning
-    gamma = 0.8
-    method = additive
-"""
 STORY = "world crowd\nlength 4\nmaximize depict(rho > 0)\nsearch beam(starts = 60, polish = 1)\n"
 ROOMS = """
 map

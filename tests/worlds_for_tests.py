@@ -25,6 +25,30 @@ from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).parent.parent / "stories"
 SMALL_MAP = ("P..", "#.G", "...")
+CROWD = """
+map
+    P..
+    ..G
+tile pink
+    symbol = P
+tile green
+    symbol = G
+character cheese
+    success = 0.6
+    goals = {pink, green}
+character robot
+    goals = {pink, none}
+    pushes = {cheese, table, chair}
+    toward = cheese
+    attitude = {-1, 1}
+object table
+object chair
+planning
+    gamma = 0.8
+    method = additive
+"""
+"""Two characters and two objects on six cells, planned for three at once."""
+
 CORRIDOR = """
 map
     A...B

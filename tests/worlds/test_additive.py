@@ -19,32 +19,9 @@ from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world
-from worlds_for_tests import Pair, planned
+from worlds_for_tests import CROWD, Pair, planned
 
-COUPLE = """
-map
-    P..
-    ..G
-tile pink
-    symbol = P
-tile green
-    symbol = G
-character cheese
-    success = 0.6
-    goals = {pink, green}
-character robot
-    goals = {pink, none}
-    pushes = {cheese, table, chair}
-    toward = cheese
-    attitude = {-1, 1}
-object table
-    may_be_absent = yes
-object chair
-    may_be_absent = yes
-planning
-    gamma = 0.8
-    method = additive
-"""
+COUPLE = re.sub("(object .*)", r"\1\n    may_be_absent = yes", CROWD)
 TRIO = """
 map
     P..

@@ -16,36 +16,13 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.world import GridWorld, build_world
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
-from worlds_for_tests import trajectory
-
-CROWD = """
-map
-    P..
-    ..G
-tile pink
-    symbol = P
-tile green
-    symbol = G
-character cheese
-    success = 0.6
-    goals = {pink, green}
-    pushes = table
-character robot
-    goals = {pink, none}
-    pushes = {cheese, table, chair}
-    toward = cheese
-    attitude = {-1, 1}
-object table
-object chair
-planning
-    gamma = 0.8
-    method = METHOD
-"""
+from worlds_for_tests import CROWD, trajectory
 
 
 @cache
 def world(method: str) -> GridWorld:
-    text = CROWD.replace("METHOD", method)
+    told = "goals = {pink, green}\n"
+    text = CROWD.replace(told, f"{told}    pushes = table\n").replace("additive", method)
     return build_world(parse_world(Source("crowd.world", text), "crowd"))
 
 
