@@ -325,6 +325,13 @@ def test_with_an_end_or_together_plans_are_exact(change: str) -> None:
     assert method.at_once(spec_of(COUPLE.replace("additive", "auto") + change)) is None
 
 
+def test_with_a_way_round_plans_are_exact() -> None:
+    text = COUPLE.replace("goals = {pink, none}", "goals = {pink, none}\n    via = green")
+    with pytest.raises(StoryError, match="planning cannot be additive where somebody wants to go"):
+        method.check_size(spec_of(text))
+    assert method.at_once(spec_of(text.replace("additive", "auto"))) is None
+
+
 def test_what_does_not_fit_is_refused_with_what_would(monkeypatch: pytest.MonkeyPatch) -> None:
     from i2pdsl.worlds.grid import planning
 

@@ -75,8 +75,9 @@ def check_size(spec: GridSpec) -> None:
     """Refuses a world that would not fit as it is planned, or cannot be planned so, before any
     work. Raises StoryError."""
     whole, most = whole_file(f"{spec.name}.world"), at_once(spec)
-    if spec.settings.method == "additive" and not is_plain(spec):
+    if spec.settings.method == "additive" and (spec.marks or not is_plain(spec)):
         what = "the characters act together" if spec.together else "there is a `horizon`"
+        what = "somebody wants to go `via` a place" if spec.marks else what
         message = f"planning cannot be additive where {what}"
         raise error("planning", message, whole, "`method = exact`")
     if most is None:
