@@ -87,6 +87,13 @@ def test_all_moves_are_those_of_the_rules() -> None:
             assert after == moved(spec, state, name, action), (state, name, action)
 
 
+def test_plans_hang_on_where_keys_and_doors_are() -> None:
+    key = lambda text: parse_world(Source("cellar.world", text), "cellar").planning_key
+    assert key(TEXT) == key(TEXT + "\n")
+    assert key(TEXT) != key(TEXT.replace("k.D.", ".kD."))
+    assert key(TEXT) != key(TEXT.replace("k.D.", "k..D"))
+
+
 def test_each_of_several_keys_opens() -> None:
     text = TEXT.replace("G#.", "G#h").replace("carries = key", "carries = {key, hook}")
     text = text.replace("opened_by = key", "opened_by = {key, hook}")

@@ -356,6 +356,7 @@ class GridSpec:
             content.pop(key)
         for key in ("forgetting", "switching", "hypotheses", "method", "at_once", "asked"):
             content["settings"].pop(key)
+        fixed = {thing.name for thing in self.things if self.is_fixed(thing)}
         # What a world does not use leaves its digest as it was before there was such a thing.
         for holder, key in (
             *((content["settings"], key) for key in ("horizon", "end")),
@@ -378,7 +379,8 @@ class GridSpec:
             *((item, "cell") for item in content["characters"]),
             *((item, "cells") for item in content["things"]),
         ):
-            if not holder[key] or (key in ("cell", "cells") and not self.is_limited):
+            is_first = key in ("cell", "cells") and holder["name"] not in fixed  # of a place
+            if not holder[key] or (is_first and not self.is_limited):
                 holder.pop(key)
         for item in content["things"]:
             if item["count"] == 1:
