@@ -292,10 +292,7 @@ def told_apart(groups: Groups, kept: frozenset[str]) -> tuple[list[Hypothesis], 
     """What some latents may be together, and how many hypotheses have it so."""
     rows: dict[frozenset[tuple[str, Any]], float] = {}
     for minds in groups.values():
-        shares = [
-            Counter(frozenset((x, v) for x, v in m.items() if x in kept) for m in each)
-            for each in minds
-        ]
+        shares = [Counter(_kept_of(m, kept) for m in each) for each in minds]
         for combined in product(*(each.items() for each in shares)):
             row = frozenset().union(*(part for part, _ in combined))
             count = math.prod(float(number) for _, number in combined)
@@ -308,5 +305,10 @@ def told_apart(groups: Groups, kept: frozenset[str]) -> tuple[list[Hypothesis], 
 
 def rows_told_apart(groups: Groups, kept: frozenset[str]) -> int:
     """How many rows `told_apart` lists."""
-    count = lambda each: len({frozenset((x, v) for x, v in m.items() if x in kept) for m in each})
+    count = lambda each: len({_kept_of(m, kept) for m in each})
     return sum(math.prod(map(count, minds)) for minds in groups.values())
+
+
+def _kept_of(mind: Hypothesis, kept: frozenset[str]) -> frozenset[tuple[str, Any]]:
+    """What is kept of a mind."""
+    return frozenset((x, v) for x, v in mind.items() if x in kept)

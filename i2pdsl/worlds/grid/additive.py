@@ -28,7 +28,7 @@ import numpy as np
 
 from i2pdsl.worlds.grid.arrays import Terms
 from i2pdsl.worlds.grid.dynamics import Dynamics
-from i2pdsl.worlds.grid.problems import Key
+from i2pdsl.worlds.grid.problems import Key, thought_of
 from i2pdsl.worlds.grid.spec import Character, GridSpec, Thing
 
 Entities = frozenset[int]
@@ -53,12 +53,7 @@ class SubWorld:
 def core(spec: GridSpec, who: int) -> Entities:
     """The entities that a character's plans cannot do without: itself, those whom it models, those
     whom these model, and all keys and doors with those who carry them."""
-    names = [c.name for c in spec.characters]
-    found, waiting = set[int](), [who]
-    while waiting:
-        each = waiting.pop()
-        found.add(each)
-        waiting += [names.index(name) for name in spec.characters[each].models]
+    found = set(thought_of(spec, spec.characters[who]))
     linked = tuple(thing.name for thing in spec.things if spec.is_linked(thing))
     holders = {each for name in linked for each in spec.holders(name)}
     return frozenset(found | holders | spec.numbers_of(linked))
