@@ -462,6 +462,7 @@ class _Reader(MapReader):
         for block in blocks[MOST_CHARACTERS:]:
             message = f"a world has at most {MOST_CHARACTERS} characters, this is another"
             self.problem("world-cast", message, block.span)
+        blocks = blocks[:MOST_CHARACTERS]  # of those too many no more is said
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
