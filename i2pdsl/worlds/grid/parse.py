@@ -462,7 +462,6 @@ class _Reader(MapReader):
         for block in blocks[MOST_CHARACTERS:]:
             message = f"a world has at most {MOST_CHARACTERS} characters, this is another"
             self.problem("world-cast", message, block.span)
-        blocks = blocks[:MOST_CHARACTERS]  # of those too many no more is said
         names = tuple(b.name for b in blocks)
         tile_names = tuple(t.name for t in tiles)
         found = tuple(self.one_character(b, names, tile_names, things, rows) for b in blocks)
@@ -508,7 +507,9 @@ class _Reader(MapReader):
         rows: list[str],
     ) -> Character:
         self.known_keys(block)
-        others = tuple(n for n in names if n != block.name)
+        # Where there are far too many, leaving out its own name for each grows as their square.
+        many = len(names) > MOST_CHARACTERS
+        others = names if many else tuple(n for n in names if n != block.name)
         success = self.number(
             block, "success", 1.0, lambda p: 0 < p <= 1, "a probability above 0 and up to 1"
         )
