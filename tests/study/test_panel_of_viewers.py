@@ -100,7 +100,7 @@ def test_answers_are_a_table_that_fit_reads(films: Films, place: Path) -> None:
     columns = answers.columns(lambda film: films.name(film, place / "out"))
     path.write_text(as_csv(columns), encoding="utf-8")
     choice = Choice(dict.fromkeys(answers.names, "1"))
-    read = read_judgements(path, choices={"tiny": choice})
+    read = read_judgements(path, named={"tiny": choice})
     assert len(read) == answers.given.size == 6 * 16
     assert (path.parent / read[0].script).is_file()
     assert read[0].answer == answers.names[int(answers.given[0, 0])]
