@@ -224,13 +224,16 @@ def stages(noted: list[dict[str, Any]], method: str) -> dict[str, float] | None:
     if asked is None:
         return None
     first = lambda wanted: next((n["at"] - up for n in after if wanted(n)), None)
-    found = {
+    found: dict[str, Any] = {
         "edits come back": first(lambda n: n["way"] == "in" and n["id"] == asked["id"]),
         "story is read": first(lambda n: n["way"] == "in" and n["method"] == "i2p/story"),
         "film comes": first(lambda n: n["way"] == "in" and n["method"] == "i2p/film"),
-        "film is shown": first(lambda n: n["way"] == "shown"),
     }
-    return None if found["film is shown"] is None else found  # type: ignore[return-value]
+    if None in found.values():
+        return None
+    came = up + found["film comes"]
+    found["film is shown"] = first(lambda n: n["way"] == "shown" and n["at"] > came)
+    return None if found["film is shown"] is None else found
 
 
 def measured(
