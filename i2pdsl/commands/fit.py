@@ -37,6 +37,7 @@ _VARYING = "plan, prior, sharpness, forgetting, lapse, noise, bias, slope"
     metavar="NAME:EXPR",
     help="A question about two films, of which the one is chosen where EXPR is more.",
 )
+@click.option("--assume", metavar="CONDITION", help="What beliefs are conditioned on, or nothing.")
 @click.option(
     "--scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of answers: 1, or 100."
 )
@@ -77,6 +78,7 @@ def fit(
     question: str | None,
     choices: tuple[str, ...],
     pairs: tuple[str, ...],
+    assume: str | None,
     scale: float,
     grid: tuple[str, ...],
     fix: tuple[str, ...],
@@ -119,7 +121,7 @@ def fit(
 
         def asked(reshaping: Mapping[str, Value]) -> Study:
             folder = Path(table).parent
-            return study(judgements, folder, scale, named, bars.watch, reshaping)
+            return study(judgements, folder, scale, named, bars.watch, reshaping, assume)
 
         people = asked({})
         parameters, settings, reshaping = settings_of(people, fixed, tried)

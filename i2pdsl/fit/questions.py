@@ -14,6 +14,7 @@ from i2pdsl.fit.judgements import FIRST, Choice, Judgement, Named, Pair
 from i2pdsl.fit.model import PAIR, Asked, Latent
 from i2pdsl.fit.viewers import Question
 from i2pdsl.language import typed as ty
+from i2pdsl.language.query import TypedQuery
 from i2pdsl.language.story import USUAL
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.scripts import Script, script_from
@@ -99,6 +100,7 @@ def study(
     named: Named | None = None,
     watch: Watch | None = None,
     settings: Mapping[str, Value] | None = None,
+    assume: str | None = None,
 ) -> Study:
     """Reads the scripts of a table and checks its questions.
 
@@ -106,14 +108,17 @@ def study(
         folder: what paths of scripts are relative to.
         named: what is meant by the names that questions have in the table.
         settings: of all worlds, in place of what the scripts' files say.
+        assume: what every belief is conditioned on, in place of what the scripts' stories say.
 
     Raises StoryError with all mistakes, at the cells that name what is wrong.
     """
-    reader = _Reader(named or {}, settings or {}, watch)
+    reader = _Reader(named or {}, settings or {}, assume, watch)
     for each in judgements:
         for column, name in each.scripts:
             reader.read(each, column, folder / name)
     reader.problems += _of_other_latents(judgements, reader.scripts)
+    if assume is not None and reader.scripts:
+        next(iter(reader.scripts.values())).check("T", assume)  # told once, at its own place
     rows = [reader.row(each) for each in judgements]
     if reader.problems:
         told = {(d.message, d.span): d for d in reader.problems}
@@ -137,6 +142,7 @@ class _Reader:
 
     named: Named
     settings: Mapping[str, Value]
+    assume: str | None
     watch: Watch | None
     scripts: dict[str, Script] = field(default_factory=dict)
     numbers: dict[str, int] = field(default_factory=dict)
@@ -194,7 +200,10 @@ class _Reader:
         """The number of a question about a script. Raises StoryError."""
         key = name, text, frame
         if key not in self.cells:
-            question = _question(self.scripts[name], text, self.numbers[name], frame)
+            script = replace(self.scripts[name], audiences=(USUAL,))
+            question = _question(
+                script.check(text, self.assume), self.numbers[name], frame, script.length
+            )
             self.cells[key] = len(self.questions)
             self.questions.append(question)
         return self.cells[key]
@@ -218,8 +227,7 @@ def _of_other_latents(
     return list(told.values())
 
 
-def _question(script: Script, text: str, number: int, frame: int) -> Question:
-    query = replace(script, audiences=(USUAL,)).check(text)
+def _question(query: TypedQuery, number: int, frame: int, length: int) -> Question:
     if isinstance(query.value, ty.Belief) and query.value.labels:
         message = "people answer with a number, and this is a distribution"
         raise error("question", message, whole_file("query"), "ask for one event: `P(... | ...)`")
@@ -228,7 +236,7 @@ def _question(script: Script, text: str, number: int, frame: int) -> Question:
         raise error("question", message, whole_file("query"))
     fixed = [n for n in ty.walk(query.value) if isinstance(n, ty.Moment) and n.first is None]
     looks_ahead = any(max(moment.frames) > frame for moment in fixed)
-    if frame < script.length and (query.times is None or looks_ahead):
+    if frame < length and (query.times is None or looks_ahead):
         message = f"this looks at frames that nobody has seen after frame {frame}"
         hint = "ask about `script[:t]`, or after the last frame, `T`"
         raise error("question", message, whole_file("query"), hint)

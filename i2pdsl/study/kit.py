@@ -259,13 +259,14 @@ def read_key(path: Path) -> dict[str, Film]:
 def fit_options(study: Study) -> str:
     """How `i2p fit` is told what the answers mean."""
     asked = study.question
+    assumed = f'--assume "{asked.assume}"'
     if asked.kind == PAIR:
-        return f'--pair "{asked_as(study)}:{asked.believed(asked.event)}"'
+        return f'--pair "{asked_as(study)}:{asked.believed(asked.event)}" {assumed}'
     if asked.kind != CHOICE:
-        return "--scale 100"
+        return f"--scale 100 {assumed}"
     sure = [f"{a.name}={asked.believed(a.event)}" for a in study.answers if a.event]
     unsure = [f"{a.name}=1 / {len(sure) + 1}" for a in study.answers if not a.event]
-    return f'--choice "{asked_as(study)}:{";".join([*sure, *unsure])}"'
+    return f'--choice "{asked_as(study)}:{";".join([*sure, *unsure])}" {assumed}'
 
 
 def _read_me(study: Study, minutes: int) -> str:

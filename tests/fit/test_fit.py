@@ -184,6 +184,7 @@ def test_questions_that_cannot_be_asked(folder: Path, row: str, place: str, said
         (("--vary", "moods"), 2, "'moods' is none of"),
         (("--choice", "why"), 2, "is not NAME:LABEL=EXPR"),
         (("--pair", "more"), 2, "is not NAME:EXPR"),
+        (("--assume", "rh > 0"), 1, "assume:1:1: error[unknown-name]: unknown name `rh`"),
         (("--pair", "a:T", "--choice", "a:b=T;c=T"), 2, "a name is given twice"),
     ],
 )

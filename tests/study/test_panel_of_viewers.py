@@ -90,7 +90,7 @@ def test_beliefs_throughout_are_means_over_frames(films: Films, place: Path) -> 
             believed > 0.505 if item.group == "help" else believed < 0.495
         )
     rows = answers.columns(lambda film: film.place)
-    assert rows["question"][0] == "P(rho > 0 | script[:T])"
+    assert rows["question"][0] == asked
 
 
 def test_answers_are_a_table_that_fit_reads(films: Films, place: Path) -> None:
