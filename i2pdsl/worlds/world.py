@@ -121,6 +121,9 @@ class World(Protocol):
         """The particles of each observer, None of one who holds all hypotheses; empty where nobody
         holds particles."""
 
+    def holding(self, viewers: tuple[Viewer, ...]) -> World:
+        """The same world before viewers who hold other particles, and are otherwise the same."""
+
     @property
     def lists_hypotheses(self) -> bool:
         """Whether rows of beliefs are hypotheses. Otherwise each stands for many: all viewers hold
@@ -356,6 +359,9 @@ class ContinuousWorld:
 
     def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
         return ()
+
+    def holding(self, viewers: tuple[Viewer, ...]) -> NoReturn:
+        raise NotImplementedError("nobody holds particles")
 
     def alternatives(
         self, tables: Tables, state: Array, action: Array, after: Array

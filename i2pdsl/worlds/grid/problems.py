@@ -147,7 +147,7 @@ def on_goal(spec: GridSpec, dynamics: States, who: int, keys: Sequence[Key]) -> 
     for i, key in enumerate(keys):
         been = [m for m in range(2 ** len(via)) if not key.via or m >> via.index(key.via) & 1]
         table[i][np.ix_(been, cells.get(key.goal, []))] = True
-    return table.reshape(len(keys), -1)
+    return table.reshape(len(keys), table.shape[1] * table.shape[2])
 
 
 def ground(spec: GridSpec, dynamics: States) -> np.ndarray:

@@ -121,6 +121,10 @@ class GridWorld:
     def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
         return tables.swarms
 
+    def holding(self, viewers: tuple[Viewer, ...]) -> GridWorld:
+        swarms = swarms_of(self.spec, self.vocabulary, viewers, self.tables)
+        return replace(self, tables=self.tables._replace(swarms=swarms))
+
     @property
     def lists_hypotheses(self) -> bool:
         return not self.spec.is_sampled
