@@ -31,7 +31,7 @@ sys.dont_write_bytecode = False
 # Files that take longest, begun first where several workers share them (`--dist loadfile`).
 LONGEST = (
     *("test_stories", "test_fit", "test_descent", "test_studio_desk", "test_docs", "test_beam"),
-    *("test_studio_talk", "test_notebooks"),
+    *("test_studio_talk", "test_studio_agree", "test_notebooks"),
     *("test_catalogue", "test_terminal", "test_session", "test_cli", "test_environment"),
     *("test_cli_hill", "test_completion_everywhere", "test_against_reference", "test_magic"),
     *("test_speed_of_checking", "test_pipeline", "test_page", "test_plane_gradients"),

@@ -21,6 +21,8 @@ from i2pdsl.studio.reading import read
 from i2pdsl.untrusted import json_excess
 
 if TYPE_CHECKING:
+    from pygls.workspace import TextDocument
+
     from i2pdsl.editor.server import StoryServer
 
 DEEPEST = 100  # lists in lists, of a message
@@ -47,7 +49,7 @@ class Channel:
     # Out.
 
     def send(self, message: dict[str, Any]) -> None:
-        self._send(json.dumps({"jsonrpc": "2.0", **message}, allow_nan=False))
+        self._send(_encoded(message))
 
     def notify(self, name: str, params: dict[str, Any]) -> None:
         """A notification; in the loop's thread."""
@@ -93,19 +95,19 @@ class Channel:
             if name not in self._handlers:
                 raise Refusal(USAGE, f"there is no `{method[:60]}`")
             result = await self._handlers[name](read(REQUESTS[name], params))
-            reply: dict[str, Any] = {"result": finite(result)}
+            # Encoded here: whoever asked is answered, also where the result is no JSON.
+            reply = _encoded({"id": number, "result": finite(result)})
         except Refusal as problem:
-            reply = {"error": finite(problem.as_json())}
+            reply = _encoded({"id": number, "error": finite(problem.as_json())})
         except StoryError as problem:
-            first = problem.diagnostics[0].message
-            reply = {"error": finite(Refusal(STORY, first, **told(problem)).as_json())}
+            refusal = Refusal(STORY, problem.diagnostics[0].message, **told(problem))
+            reply = _encoded({"id": number, "error": finite(refusal.as_json())})
         except Exception as problem:  # a mistake of ours: the studio goes on
             traceback.print_exc(file=sys.stderr)
-            reply = {
-                "error": {"code": _INTERNAL, "message": f"{type(problem).__name__}: {problem}"}
-            }
+            error = {"code": _INTERNAL, "message": f"{type(problem).__name__}: {problem}"}
+            reply = _encoded({"id": number, "error": error})
         if number is not None:
-            self.send({"id": number, **reply})
+            self._send(reply)
 
     # The language server.
 
@@ -145,6 +147,8 @@ class Channel:
         for task in self._tasks:
             task.cancel()
         if self._server is not None:
+            for check in self._server.checks.values():
+                check.cancel()
             self._server.worker.shutdown(wait=False, cancel_futures=True)
             self._server.shutdown()
 
@@ -153,7 +157,7 @@ class Channel:
     def document(self, uri: str, version: int | None) -> tuple[str, str]:
         """The path and text of an open document. Raises Refusal where its version is another."""
         path = self.folder.path_of(uri)
-        found = self.server.workspace.text_documents.get(uri)
+        found = self._open(uri)
         if found is None:
             raise Refusal(USAGE, f"{path} is not open")
         if version is not None and found.version != version:
@@ -161,8 +165,19 @@ class Channel:
         return path, found.source
 
     def is_present(self, uri: str, version: int) -> bool:
-        found = self.server.workspace.text_documents.get(uri)
+        found = self._open(uri)
         return found is not None and found.version == version
+
+    def _open(self, uri: str) -> TextDocument | None:
+        """A document, if it is open; none is before the page has said `initialize`."""
+        try:
+            return self.server.workspace.text_documents.get(uri)
+        except RuntimeError:
+            return None
+
+
+def _encoded(message: dict[str, Any]) -> str:
+    return json.dumps({"jsonrpc": "2.0", **message}, allow_nan=False)
 
 
 def finite(value: Any) -> Any:

@@ -68,6 +68,11 @@ def preview(story: Story, seed: int, watch: Watch) -> Better:
     return Better(best)
 
 
+def looks_again(story: Story) -> bool:
+    """Whether `refined` looks for another film than `preview`: where bodies move it does not."""
+    return story.typed.search.method == "beam"
+
+
 def refined(story: Story, seed: int, watch: Watch) -> Better:
     """What one look at all first pictures finds, of a story that is searched by a beam."""
     typed = story.typed

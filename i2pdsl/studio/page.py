@@ -6,6 +6,7 @@ import asyncio
 import base64
 import binascii
 import math
+import threading
 import time
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from i2pdsl.errors import StoryError
 from i2pdsl.studio import protocol as ask
 from i2pdsl.studio.answers import HANDLERS
 from i2pdsl.studio.channel import Channel
@@ -51,6 +53,7 @@ class Page:
         self.films = Films()
         self._asked: dict[str, ask.Solve] = {}  # the last time that each document was solved
         self._best: dict[str, tuple[str, Script]] = {}  # by document: the film that is shown
+        self._showing = threading.Lock()  # an older thread may not hear at once that it is stopped
         for name in ask.REQUESTS:
             own = getattr(self, f"on_{name}", None)
             channel.answers(name, own or partial(HANDLERS[name], self))
@@ -104,17 +107,25 @@ class Page:
             from i2pdsl.studio.outline import outline
 
             story = making.read(text, path, folder.place(path).parent)
-            self.works[asked.uri] = Work(path, asked.version or 0, story)
             self.about(told, "story", outline(story, folder))
             making.world_of(story, watch)
-            self._best.pop(asked.uri, None)
-            self.show(asked, story, "preview", making.preview(story, asked.seed, watch))
+            with self._showing:
+                if self._asked.get(asked.uri) is asked:
+                    self.works[asked.uri] = Work(path, asked.version or 0, story)
+                    self._best.pop(asked.uri, None)
+            try:
+                found = making.preview(story, asked.seed, watch)
+            except StoryError:
+                if not making.looks_again(story):
+                    raise  # where few first pictures have no film, all of them may have one
+            else:
+                self.show(asked, story, "preview", found)
             return story
 
         def again(watch: Watch) -> None:
             from i2pdsl.studio import making
 
-            if story.typed.search.method == "beam":
+            if making.looks_again(story):
                 found = making.refined(story, asked.seed, watch)
                 self.show(asked, story, "refined", found)
 
@@ -241,18 +252,19 @@ class Page:
 
     def show(self, asked: ask.Solve, story: Story, quality: str, found: Better) -> None:
         """A film of a text, where it is better than the one before; in the worker's thread."""
-        if self._asked.get(asked.uri) is not asked:
-            return
-        before = self._best.get(asked.uri)
-        worth = worth_of(found.script)
-        if before is not None and quality != "best" and worth <= worth_of(before[1]):
-            return
-        film = self.made(asked, asked.seed, story, quality, found.script, found.judgement)
-        same = before is not None and is_same(before[1], found.script)
-        told = {"uri": asked.uri, "version": asked.version}
-        film["same"] = before[0] if same and before is not None else None
-        self._best[asked.uri] = film["id"], found.script
-        self.about(told, "film", {"seed": asked.seed, "film": film})
+        with self._showing:
+            if self._asked.get(asked.uri) is not asked:
+                return  # a newer one was asked for, maybe while this one could not hear of it
+            before = self._best.get(asked.uri)
+            worth = worth_of(found.script)
+            if before is not None and quality != "best" and worth <= worth_of(before[1]):
+                return
+            film = self.made(asked, asked.seed, story, quality, found.script, found.judgement)
+            same = before is not None and is_same(before[1], found.script)
+            told = {"uri": asked.uri, "version": asked.version}
+            film["same"] = before[0] if same and before is not None else None
+            self._best[asked.uri] = film["id"], found.script
+            self.about(told, "film", {"seed": asked.seed, "film": film})
 
     def best(self, uri: str) -> Script | None:
         """The best script of a document's present text, so far."""

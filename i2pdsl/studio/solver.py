@@ -73,9 +73,14 @@ class Job:
 
 
 class Solver:
-    """The worker."""
+    """The worker.
 
-    def __init__(self) -> None:
+    Args:
+        clock: seconds that only grow.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._changed = threading.Condition()
         self._waiting: list[Job] = []
         self._running: list[Job] = []
@@ -103,7 +108,7 @@ class Solver:
             self._make_way()
 
     def _make_way(self) -> None:
-        self._touched = time.monotonic()
+        self._touched = self._clock()
         for job in self._running:
             job.gives_way = job.gives_way or job.urgency == IDLE
 
@@ -125,21 +130,22 @@ class Solver:
     def _next(self) -> Job:
         """The most urgent job, once nobody works on one that is still wanted."""
         with self._changed:
-            while (job := self._due()) is None:
-                quiet = self._touched + QUIET - time.monotonic()
-                self._changed.wait(max(quiet, 0.01) if self._waiting and quiet > 0 else None)
+            # The clock is read once a round: were it quiet between two readings, nobody would wake.
+            while (job := self._due(now := self._clock())) is None:
+                quiet = self._touched + QUIET - now
+                self._changed.wait(quiet if self._waiting and quiet > 0 else None)
             self._waiting.remove(job)
             self._running.append(job)
             job.gives_way = False
             return job
 
-    def _due(self) -> Job | None:
+    def _due(self, now: float) -> Job | None:
         """The most urgent job that waits; None where it must go on waiting."""
         busy = any(not (job.stopped or job.gives_way) for job in self._running)
         if busy or not self._waiting:
             return None
         job = min(self._waiting, key=lambda each: each.urgency)
-        idle = job.urgency == IDLE and time.monotonic() < self._touched + QUIET
+        idle = job.urgency == IDLE and now < self._touched + QUIET
         return None if idle else job
 
     def _run(self) -> None:

@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from i2pdsl.render.files import FORMATS
 from i2pdsl.studio.channel import Channel
 from i2pdsl.studio.folder import Folder, Seen
 from i2pdsl.studio.page import Page
-from i2pdsl.studio.protocol import LARGEST_MESSAGE, PROTOCOL
+from i2pdsl.studio.protocol import LARGEST_MESSAGE, PROTOCOL, Refusal
 from i2pdsl.studio.solver import Solver
 
 LOOK_AGAIN, SELDOM = 0.4, 20.0  # seconds between two looks at the folder, or times what one takes
@@ -104,15 +105,18 @@ class Studio:
         changed = [seen for path, seen in now.items() if self._known.get(path) != seen]
         gone = [seen for path, seen in self._known.items() if path not in now]
         self._known = now
-        return [
-            {
-                "path": seen.path,
-                "uri": self.folder.uri(seen.path),
-                "kind": seen.kind,
-                "digest": None if seen in gone else self.folder.digest(seen.path),
-            }
-            for seen in (*changed, *gone)
-        ]
+        told = []
+        for seen in (*changed, *gone):
+            with suppress(Refusal):  # by now it may be a link that leads out of the folder
+                told.append(
+                    {
+                        "path": seen.path,
+                        "uri": self.folder.uri(seen.path),
+                        "kind": seen.kind,
+                        "digest": None if seen in gone else self.folder.digest(seen.path),
+                    }
+                )
+        return told
 
     # Files that were made to be fetched.
 

@@ -10,6 +10,29 @@ import pytest
 from browser_for_tests import chromium  # noqa: F401
 from studio_for_tests import BRIEF, Served, fill
 
+LATE = """(() => {
+  // Every third message is late in either direction, and all after it with it: by a seed.
+  let seed = SEED;
+  const draw = () => (seed = (seed * 1103515245 + 12345) % 2147483648) / 2147483648;
+  const late = () => new Promise((done) => setTimeout(done, draw() < 0.33 ? 350 * draw() : 0));
+  window.sockets = [];
+  window.WebSocket = class extends WebSocket {
+    #there = Promise.resolve();
+    #back = Promise.resolve();
+    constructor(...given) {
+      super(...given);
+      window.sockets.push(this);
+    }
+    send(text) {
+      this.#there = this.#there.then(late).then(() => this.readyState === 1 && super.send(text));
+    }
+    addEventListener(kind, listener) {
+      const heard = (event) => (this.#back = this.#back.then(late).then(() => listener(event)));
+      super.addEventListener(kind, kind === "message" ? heard : listener);
+    }
+  };
+})()"""
+
 
 class Desk:
     """A page of the studio, as its user sees it."""
@@ -101,9 +124,9 @@ class Desk:
         self.page.mouse.up()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """One studio for a module's tests."""
+    """One studio for all tests of a worker: what it has compiled is at hand to all."""
     pytest.importorskip("starlette")
     studio = Served(fill(tmp_path_factory.mktemp("stories")))
     studio.start()
@@ -120,7 +143,11 @@ def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noq
     contexts: list[Any] = []
 
     def opened(
-        path: str | None = "help.story", width: int = 1280, height: int = 860, **more: Any
+        path: str | None = "help.story",
+        width: int = 1280,
+        height: int = 860,
+        late: int | None = None,
+        **more: Any,
     ) -> Desk:
         if not contexts or more:
             context = chromium.new_context(
@@ -128,6 +155,8 @@ def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noq
             )
             # A film may wait for what is compiled for pages that are gone, with half a core.
             context.set_default_timeout(240_000)
+            if late is not None:
+                context.add_init_script(LATE.replace("SEED", str(late)))
             contexts.append(context)
         desk = Desk(contexts[-1].new_page())
         desks.append(desk)

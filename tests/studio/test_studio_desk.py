@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from random import Random
 from typing import Any
 
 import pytest
@@ -373,66 +372,3 @@ def test_stage_and_beliefs_are_in_sight_together(desk: Any, width: int, height: 
         assert box["x"] + min(box["width"], 60) <= width
     assert shown.page.evaluate("document.documentElement.scrollWidth") <= width
     assert shown.page.evaluate("document.documentElement.scrollHeight") <= height
-
-
-@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
-def test_page_and_text_agree_after_many_edits_during_solves(
-    desk: Any, served: Served, count: int
-) -> None:
-    shown: Desk = desk()
-    random = Random(0)
-    page = shown.page
-    lengths = 0
-    for _ in range(count):
-        what = random.choice(["type", "pin", "undo", "redo", "seek", "length", "play"])
-        if what == "type":
-            lengths = random.randint(4, 9)
-            shown.write(BRIEF.replace("length 6", f"length {lengths}"))
-        elif what == "pin":
-            shown.seek(random.randint(0, 4))
-            x, y = shown.place("robot")
-            box = shown.box("#stage svg")
-            target = (
-                box["x"] + random.random() * box["width"],
-                box["y"] + random.random() * box["height"],
-            )
-            shown.drag((x, y), target)
-        elif what == "seek":
-            shown.seek(random.randint(0, 6))
-        elif what == "play":
-            page.locator("#timeline .main").click()
-        elif what == "length":
-            page.get_by_role("button", name="+ turn").click()
-        else:
-            button = page.locator(f"#{what}")
-            if button.is_enabled():
-                button.click()
-    page.keyboard.press("Escape")
-    page.wait_for_timeout(400)
-    shown.solved_or_undone()
-    told = re.search(r"^length (\d+)", shown.text(), re.MULTILINE)
-    assert told is not None
-    assert page.locator("#timeline .counter").inner_text().endswith(f"/ {told[1]}")
-    pins = len(re.findall(r"^pin ", shown.text(), re.MULTILINE))
-    assert (pins > 0) == (page.locator("#timeline .mark").count() > 0)
-
-
-def test_the_server_is_killed_and_the_page_goes_on(desk: Any, served: Served) -> None:
-    shown: Desk = desk()
-    shown.write(BRIEF.replace("length 6", "length 8"))
-    shown.trouble.clear()
-    served.kill()
-    notice = shown.page.locator('[data-notice="lost"]')
-    notice.wait_for()
-    shown.write(BRIEF.replace("length 6", "length 7"))
-    shown.page.keyboard.press("Control+s")
-    shown.page.get_by_text("Not saved").wait_for()
-    served.start()
-    notice.wait_for(state="detached")
-    shown.solved()
-    assert "length 7" in shown.text()
-    shown.page.keyboard.press("Control+s")
-    shown.page.get_by_role("button", name="Saved").wait_for()
-    assert "length 7" in (served.folder / "help.story").read_text(encoding="utf-8")
-    assert all("WebSocket" in each for each in shown.trouble)  # that nobody answers
-    shown.trouble.clear()

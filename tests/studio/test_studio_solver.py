@@ -132,3 +132,25 @@ def test_how_far_a_job_is() -> None:
 
     Solver().submit(Job((1, "a"), NOW, work, lambda *how: told.append(how))).result(LONG)
     assert told == [("planning", 3, 10, "planning robot"), ("searching", 5, 9, "searching")]
+
+
+def test_it_is_never_quiet_between_two_looks_at_the_clock() -> None:
+    """A thread that looks while it is not yet quiet, and then waits, is to wait for no more than
+    what was left when it looked."""
+    looks: list[float] = []
+    late = threading.Event()
+
+    def clock() -> float:
+        # At each look of a worker the time of waiting is nearly over, and is over just afterwards.
+        if threading.current_thread().name != "i2p-solver":
+            return 0.0
+        looks.append(module.QUIET - 1e-6 if len(looks) % 2 == 0 else module.QUIET + 1e-6)
+        if len(looks) > 1:
+            late.set()
+        return looks[-1]
+
+    solver = Solver(clock)
+    assert solver.submit(Job((1, "a"), NOW, lambda watch: 0)).result(LONG) == 0
+    looks.clear()
+    assert solver.submit(Job((1, "a"), IDLE, lambda watch: 5)).result(LONG) == 5
+    assert late.is_set()

@@ -93,10 +93,20 @@ export const prose = (text) =>
     .split(/(`[^`]+`)/)
     .map((part) => (/^`.+`$/.test(part) ? h("code", {}, part.slice(1, -1)) : part));
 
+/** What is fetched once and kept in `known`; what could not be had is asked for again next time. */
+export function fetched(known, key, ask) {
+  known[key] ??= ask().catch((problem) => {
+    delete known[key];
+    throw problem;
+  });
+  return known[key];
+}
+
 const sheets = {};
 
-/** A stylesheet for shadow roots, fetched once. */
+/** A stylesheet for shadow roots. */
 export const sheetOf = (address) =>
-  (sheets[address] ??= fetch(address)
-    .then((reply) => reply.text())
-    .then((text) => new CSSStyleSheet().replace(text)));
+  fetched(sheets, address, async () => {
+    const reply = await fetch(address);
+    return new CSSStyleSheet().replace(await reply.text());
+  });

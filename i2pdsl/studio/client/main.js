@@ -81,6 +81,10 @@ class Studio extends Desk {
     for (let count = 0; count < tries; count += 1) {
       this.text.flush();
       const { uri, version } = this.text;
+      if (!this.text.isTold) {
+        this.tell("The studio’s server is away: try again in a moment.");
+        return false;
+      }
       try {
         const reply = await this.rpc.request(method, { uri, version, ...params });
         if (this.text.apply(reply)) return true;
@@ -146,6 +150,7 @@ class Studio extends Desk {
   #lost() {
     this.#progress = "";
     if (this.text === undefined) return;
+    this.text.lost();
     this.notice(
       "The studio’s server is away. What you type is kept here; it is looked for again.",
       "lost",
@@ -157,6 +162,7 @@ class Studio extends Desk {
 
   #changed(isHand) {
     this.files?.keepSoon();
+    this.stage?.textChanged();
     $("desk").dataset.text = this.text.version;
     this.dirty();
     if (isHand) {
@@ -167,7 +173,7 @@ class Studio extends Desk {
 
   async solve() {
     const { uri, version } = this.text;
-    if (uri === null) return;
+    if (!this.text.isTold) return; // it is asked for once the server hears of the text
     this.#progress = "making the film …";
     this.#solved = null;
     this.#tellState();
@@ -207,11 +213,7 @@ class Studio extends Desk {
     });
     rpc.on("i2p/film", (told) => {
       if (!this.isPresent(told) || this.#chosen === told.version) return;
-      this.stage.show(told.film).then(() => {
-        this.#shown = told.version;
-        $("desk").dataset.film = told.version;
-        this.#tellState();
-      });
+      this.stage.show({ ...told.film, version: told.version });
     });
     this.text.onDiagnostics = (found) => {
       const mistake = found.find(({ severity }) => severity === "error");
@@ -231,6 +233,10 @@ class Studio extends Desk {
 
   /** More is known of the film on the stage. */
   known() {
+    if (this.film.version !== undefined) {
+      this.#shown = this.film.version;
+      $("desk").dataset.film = this.film.version;
+    }
     this.stage.setStale(false);
     if (this.film.quality !== "preview" && this.files.path !== null) {
       keepPicture(this.files.place(this.files.path), this.playback.svg);

@@ -1,5 +1,5 @@
 // Mounts a film in a shadow root of its own: names inside, such as those of sprites, are its own.
-import { h, sheetOf } from "./dom.js";
+import { fetched, h, sheetOf } from "./dom.js";
 import { mount } from "/render/page/player.js";
 
 const kinds = {}; // by its script, what draws a kind of film: a promise of the module
@@ -23,8 +23,7 @@ export function filmHost(attributes = {}) {
  * with the drawing's `root` and `svg`; null where another film was mounted meanwhile. */
 export async function mountFilm(host, play, options = {}) {
   host.film = play;
-  kinds[play.script] ??= import(`/render/${play.script}`);
-  const { makeStage } = await kinds[play.script];
+  const { makeStage } = await fetched(kinds, play.script, () => import(`/render/${play.script}`));
   if (host.film !== play) return null;
   const root = host.shadowRoot;
   const template = document.createElement("template");

@@ -119,6 +119,12 @@ export class Stage {
     this.host.classList.toggle("stale", stale);
   }
 
+  /** The text has changed: places that are lit were those of the one before. Who is held by the
+   * pointer stays in the hand. */
+  textChanged() {
+    if (!this.#placing?.held) this.leave();
+  }
+
   /** What is known of the story has changed: who can be dragged, who is pinned. */
   refresh() {
     this.#listCast();
@@ -241,6 +247,7 @@ export class Stage {
     let moved = false;
     this.#begin(who);
     const placing = this.#placing;
+    placing.held = true;
     const isHeld = () => this.#placing === placing; // it may be known meanwhile that there is no place
     follow(
       this.host,
@@ -250,6 +257,7 @@ export class Stage {
         if (moved && isHeld()) this.#near(this.#point(next), true);
       },
       (last, broken) => {
+        placing.held = false;
         if (!isHeld()) return;
         if (broken) this.leave();
         else if (moved) this.#let();

@@ -34,7 +34,7 @@ import {
   undo,
   undoDepth,
 } from "./codemirror.js";
-import { h, sheetOf } from "./dom.js";
+import { fetched, h, sheetOf } from "./dom.js";
 import { colours, languageOf } from "./highlight.js";
 import { numberAt, numbers, setNumbers, slider, stepNumber } from "./numbers.js";
 
@@ -50,11 +50,14 @@ const KINDS = {
 };
 const grammars = {};
 
+/** What colours a language; nothing where it cannot be had. */
 async function grammarOf(language) {
-  grammars[language] ??= fetch(`/language/${language}.tmLanguage.json`).then((reply) =>
-    reply.json(),
-  );
-  return languageOf(language, await grammars[language]);
+  const ask = async () => (await fetch(`/language/${language}.tmLanguage.json`)).json();
+  try {
+    return languageOf(language, await fetched(grammars, language, ask));
+  } catch {
+    return [];
+  }
 }
 
 export class Text {
@@ -170,15 +173,27 @@ export class Text {
     this.apply({ version, edits: edits ?? [] });
   }
 
+  /** Whether the server knows the document, so that it can be asked about. */
+  get isTold() {
+    return this.#isTold;
+  }
+
+  /** The server was lost: the next one hears of the text by `announce`. */
+  lost() {
+    this.#isTold = false;
+  }
+
   /** Sends the text if it has changed: before anything is asked about it. */
   flush() {
-    if (!this.#dirty || !this.#isTold) return;
+    if (!this.#dirty) return;
     this.#dirty = false;
     this.version += 1;
-    this.rpc.notify("textDocument/didChange", {
-      textDocument: { uri: this.uri, version: this.version },
-      contentChanges: [{ text: this.text }],
-    });
+    if (this.#isTold) {
+      this.rpc.notify("textDocument/didChange", {
+        textDocument: { uri: this.uri, version: this.version },
+        contentChanges: [{ text: this.text }],
+      });
+    }
     const isHand = this.#isHand;
     this.#isHand = false;
     this.changed({ isHand });

@@ -112,6 +112,7 @@ class Cell extends Desk {
   #changed() {
     const { text, uri, version } = this.text ?? {};
     if (!text) return;
+    this.stage?.textChanged();
     this.undo.disabled = !this.text.canUndo;
     this.redo.disabled = !this.text.canRedo;
     const textDocument = { uri, version };
@@ -160,7 +161,7 @@ class Cell extends Desk {
       const reply = await this.ask(method, params);
       return reply !== null && this.text.apply(reply);
     });
-    this.#hand = done;
+    this.#hand = done.catch(() => {}); // what went wrong once is in nobody's way later
     return done;
   }
 
