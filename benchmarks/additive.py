@@ -90,9 +90,9 @@ def measured(name: str, how: str, at_once: int) -> dict:
 def errors(name: str, at_once: int) -> dict:
     """How far beliefs by additive plans are from those by exact ones."""
     from i2pdsl.language.story import default_assumption
+    from i2pdsl.objective.nearer import rational_scripts
     from i2pdsl.objective.replay import replay_all
     from i2pdsl.objective.trust import apart
-    from i2pdsl.vouching import rational_scripts
     from i2pdsl.worlds.grid.world import build_world
 
     spec = CASES[name]()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -11,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.errors import display_width, padded
+from i2pdsl.language import typed as ty
+from i2pdsl.language.check import TypedQuery
 from i2pdsl.language.typed import Labels
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.shown import Shown
@@ -18,6 +22,8 @@ from i2pdsl.shown import Shown
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from i2pdsl.objective.trust import Trust
 
 FRAMES = "t"  # what the index of frames is called
 
@@ -37,6 +43,7 @@ class Answer(Shown):
         latent: the name of a bare latent, or of a character whose actions are asked for.
         axes: several latents, each with its values and `unknown` as the last of them.
         steps: it is 1 or 0 in each frame, as a predicate is, and nothing in between.
+        judge: finds `trust`.
     """
 
     t: list[int] | None
@@ -47,6 +54,17 @@ class Answer(Shown):
     latent: str | None = None
     steps: bool = False
     axes: tuple[Labels, ...] = ()
+    judge: Callable[[], Trust | None] | None = field(default=None, compare=False, repr=False)
+
+    @cached_property
+    def trust(self) -> Trust | None:
+        """What is known of the error of a belief, where the world's plans are approximate or its
+        viewers hold particles: `trust.answer` is how far off this is by what is nearer to exact.
+        It is found when it is first asked for (`Script.vouched`).
+
+        >>> script.ask("P(rho > 0 | script[:T])").trust.answer
+        """
+        return None if self.judge is None else self.judge()
 
     def as_json(self) -> Any:
         """The `value` of `i2p query --json`."""
@@ -183,6 +201,26 @@ class Answer(Shown):
     def _name(self) -> str | None:
         """What its numbers are called: as they were asked for, but never as the frames are."""
         return self.expression if self.expression not in ("", FRAMES) else None
+
+
+def answer_of(query: TypedQuery, value: np.ndarray) -> Answer:
+    """What a query's value says, with the names of its axes."""
+    times = None if query.times is None else list(query.times)
+    axes = query.value.labels if isinstance(query.value, ty.Belief) else ()
+    if not axes:
+        steps = bool(((value == 0) | (value == 1)).all()) and any(
+            isinstance(node, ty.Feature) for node in ty.walk(query.value)
+        )
+        return Answer(times, value, None, None, steps=steps)
+    if len(axes) > 1:
+        sizes = tuple(len(axis.values) for axis in axes)
+        value = value.reshape(*value.shape[:-1], *sizes)
+        return Answer(times, value, None, None, axes=axes)
+    (axis,) = axes
+    if axis.values[-1] != UNKNOWN:  # of actions, each of which has its name
+        return Answer(times, value, axis.values, None, latent=axis.name)
+    names = axis.values[:-1]
+    return Answer(times, value[..., :-1], names, value[..., -1], latent=axis.name)
 
 
 def optional(name: str, extra: str = "tables") -> Any:

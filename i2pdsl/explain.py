@@ -330,6 +330,7 @@ def document(script: Script, frame: int | None = None) -> dict[str, Any]:
             for question in questions
         ],
         "reasons": [_as_json(words, reason) for reason in explain(script, questions, frame)],
+        **({"trust": script.trust.as_json()} if script.trust is not None else {}),
     }
 
 

@@ -7,8 +7,9 @@ audience, each question is checked once, and all of them are replayed side by si
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import compress, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,10 +23,13 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, check_query
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import Audience, watching
+from i2pdsl.language.story import Audience, Observer, watching
 from i2pdsl.language.vocabulary import UNKNOWN
+from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.many import evaluate_many
+from i2pdsl.objective.nearer import standard
 from i2pdsl.objective.replay import replay_all
+from i2pdsl.objective.trust import Trust, apart, off_by
 from i2pdsl.scripts import Script
 from i2pdsl.stored import Stored, stored
 from i2pdsl.worlds.find import vocabulary_of
@@ -67,6 +71,13 @@ class Table(np.recarray):
     """
 
     warnings: tuple[Diagnostic, ...] = ()
+    _judges: tuple[Callable[[], Trust | None], ...] = ()
+
+    def trust(self) -> tuple[Trust, ...]:
+        """What is known of the error of the numbers, where a world is planned approximately or
+        viewers hold particles: of the scripts of each world and length, before each audience. It
+        is found now (`Script.vouched`), by asking all of it once more."""
+        return tuple(t for t in (judge() for judge in self._judges) if t is not None)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A DataFrame of the same columns, with no t rather than -1.
@@ -110,11 +121,12 @@ def query(
     asked = _named(questions)
     viewers = _named([None] if audiences is None else audiences)
     found = [_answer(group, asked, viewers, assume, watch) for group in groups]
-    rows = np.concatenate([part for part, _ in found]) if found else np.zeros(0, COLUMNS)
-    order = np.concatenate([numbers for _, numbers in found]) if found else np.zeros(0, int)
+    rows = np.concatenate([part for part, *_ in found]) if found else np.zeros(0, COLUMNS)
+    order = np.concatenate([numbers for _, numbers, _ in found]) if found else np.zeros(0, int)
     if len(found) > 1:
         rows = rows[np.argsort(order, kind="stable")]
     table = rows.view(np.recarray).view(Table)
+    table._judges = tuple(judge for _, _, each in found for judge in each)
     table.warnings = tuple(dict.fromkeys(d for group in groups for d in group.ground.warnings))
     return table
 
@@ -164,9 +176,11 @@ class _Ground:
         found = check_audience(source, words, self.module, self.audiences)
         return replace(self, audiences=found)
 
+    def observers(self, length: int) -> tuple[Observer, ...]:
+        return watching((o for each in self.audiences for o in each.observers), length)
+
     def world(self, length: int, watch: Watch | None) -> World:
-        observers = watching((o for each in self.audiences for o in each.observers), length)
-        return ready_world(self.spec, viewers_of(self.spec, observers), watch)
+        return ready_world(self.spec, viewers_of(self.spec, self.observers(length)), watch)
 
 
 @dataclass
@@ -251,16 +265,18 @@ def _answer(
     audiences: dict[str, str | None],
     assume: str | None,
     watch: Watch | None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The rows of a group's scripts, and the number of the script of each."""
+) -> tuple[np.ndarray, np.ndarray, list[Callable[[], Trust | None]]]:
+    """The rows of a group's scripts, the number of the script of each, and what finds out how
+    wrong they are before each audience."""
     heads, parts = [], []
+    judges: list[Callable[[], Trust | None]] = []
     for audience, text in audiences.items():
         ground = group.ground.seen_by(text)
         world = ground.world(group.length, watch)
         checked = [_checked(ground, world, q, group.length, assume) for q in questions.values()]
-        for question, query, value in zip(
-            questions, checked, _values(world, group.paths, checked), strict=True
-        ):
+        values = _values(world, group.paths, checked)
+        judges.append(partial(_judged, world, ground, group.paths, checked, values, watch))
+        for question, query, value in zip(questions, checked, values, strict=True):
             head, value = _rows(query, value)
             head["question"], head["audience"] = question, audience
             heads.append(head)
@@ -269,7 +285,34 @@ def _answer(
     rows = np.tile(head, count)
     rows["script"] = np.repeat(np.array(group.names, dtype=object), len(head))
     rows["value"] = np.concatenate(parts, axis=1).reshape(-1)
-    return rows, np.repeat(group.numbers, len(head))
+    return rows, np.repeat(group.numbers, len(head)), judges
+
+
+def _judged(
+    world: World,
+    ground: _Ground,
+    paths: Sequence[Trajectory],
+    queries: Sequence[TypedQuery],
+    values: Sequence[np.ndarray],
+    watch: Watch | None,
+) -> Trust | None:
+    """What is known of the error of answers about scripts of one world and length."""
+    asked = [(q, v) for q, v in zip(queries, values, strict=True) if q.asks_beliefs]
+    lengths = [len(path.actions) for path in paths]
+    if not asked or not lengths[0]:
+        return None
+    found = standard(world, ground.observers(lengths[0]), paths, lengths, watch or Watch())
+    if found is None:
+        return None
+    if found.world is None:
+        return found.unknown
+    one, other = _replayed(world, paths), _replayed(found.world, found.paths)
+    spans = tuple(audience.viewers for audience in ground.audiences)
+    far = apart(world.vocabulary, ground.assumption, one, other, spans)
+    told = [(q, v) for q, v in asked if found.whole or not q.appends]
+    others = _values(found.world, found.paths, [query for query, _ in told])
+    answer = max((off_by(v, o) for (_, v), o in zip(told, others, strict=True)), default=None)
+    return Trust(found.method, found.told, float(far.max()), None, found.copied, answer)
 
 
 def _checked(
@@ -293,11 +336,14 @@ def _values(
     size = max(1, AT_ONCE // len(paths[0].states))
     found: list[list[np.ndarray]] = []
     for first in range(0, len(paths), size):
-        some = paths[first : first + size]
-        states, actions = np.stack([p.states for p in some]), np.stack([p.actions for p in some])
-        frames = replay_all(world, states, actions, regret=False)
+        frames = _replayed(world, paths[first : first + size])
         found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
     return [np.concatenate(parts) for parts in zip(*found, strict=True)]
+
+
+def _replayed(world: World, paths: Sequence[Trajectory]) -> Frame:
+    states, actions = np.stack([p.states for p in paths]), np.stack([p.actions for p in paths])
+    return replay_all(world, states, actions, regret=False)
 
 
 def _rows(query: TypedQuery, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,6 +21,7 @@ from i2pdsl.language.query import check_assumption
 from i2pdsl.language.story import TypedStory, check_listed
 from i2pdsl.language.vocabulary import UNKNOWN, show_value
 from i2pdsl.objective.replay import replay_all
+from i2pdsl.objective.rollouts import drawn_from, rollouts
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.scripts import Script, script_of
 from i2pdsl.worlds.record import Trajectory
@@ -160,7 +161,7 @@ def sample(
     if not priors[slice(*viewers)].any(-1).all():
         place = where if given is None else whole_file("given")
         raise error("impossible", "no hypothesis that is thought possible fulfils this", place)
-    hypotheses = _draw(priors[observers], generator.random(count))
+    hypotheses = drawn_from(priors[observers], generator.random(count))
     states = starts[generator.integers(len(starts), size=count)]
     luck = generator.random((count, story.length))
     courses = _courses(world, story.length, observers, hypotheses, generator)
@@ -198,43 +199,8 @@ def _courses(
             goes, which = generator.random((2, len(now)))
             group = changes.group == changes.group[now][:, None]
             weights = np.where(group, np.exp(changes.log_prior[observers]), 0.0)
-            now = np.where(goes < changes.share[observers], _draw(weights, which), now)
+            now = np.where(goes < changes.share[observers], drawn_from(weights, which), now)
     return found
-
-
-def rollouts(
-    world: World,
-    states: np.ndarray,
-    observers: np.ndarray,
-    courses: np.ndarray,
-    luck: np.ndarray,
-) -> Trajectory:
-    """Rollouts side by side: actions [N, T] and states [N, T + 1].
-
-    Args:
-        states, observers: of each, [N].
-        courses: see `_courses`.
-        luck: uniform numbers that decide what is done and what succeeds, [N, T].
-    """
-    each = np.arange(len(states))
-    path, actions = [states], []
-    for t in range(luck.shape[1]):
-        ahead = world.turns(world.tables, path[-1])
-        log = sum(
-            np.moveaxis(np.asarray(row), (-2, -1), (1, 2))[each, observers, courses[:, t, u]]
-            for u, row in enumerate(ahead.log_rows)
-        )
-        chance = np.asarray(ahead.chance) * ahead.valid  # [N, K]
-        weights = np.exp(log).reshape(len(states), -1) * chance
-        actions.append(_draw(weights, luck[:, t]))
-        path.append(np.asarray(world.transition(world.tables, path[-1], actions[-1])))
-    return Trajectory(np.stack(actions, axis=1), np.stack(path, axis=1))
-
-
-def _draw(weights: np.ndarray, luck: np.ndarray) -> np.ndarray:
-    """A number for each row of weights [N, K], by uniform numbers [N]."""
-    sums = weights.cumsum(-1)
-    return (luck[:, None] * sums[:, -1:] >= sums).sum(-1)
 
 
 def _about(story: TypedStory, seed: int, course: list[dict[str, Any]]) -> dict[str, Any]:

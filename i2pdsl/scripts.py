@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from i2pdsl.answers import Answer
+from i2pdsl.answers import Answer, answer_of
 from i2pdsl.errors import Diagnostic, Source, error, shorten, whole_file
 from i2pdsl.language import typed as ty
 from i2pdsl.language.check import TypedQuery, TypedStory, check_query
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import USUAL, Audience, Requirement, watching
-from i2pdsl.language.vocabulary import UNKNOWN
+from i2pdsl.language.story import USUAL, Audience, Observer, Requirement, watching
 from i2pdsl.objective.appended import append_turns
 from i2pdsl.objective.effective import Effective, effective_of
 from i2pdsl.objective.frame import Frame
-from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.nearer import Standard, standard
+from i2pdsl.objective.replay import evaluate, replay, replay_many
 from i2pdsl.objective.requirements import unmet
 from i2pdsl.objective.subjects import Subject, subjects_of
-from i2pdsl.objective.trust import Trust
+from i2pdsl.objective.trust import Trust, apart, off_by
+from i2pdsl.objective.windows import appended_turns, story_windows
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.shown import Shown
 from i2pdsl.stored import stored
@@ -56,7 +58,9 @@ class Script(Shown):
         subjects: the beliefs that its story speaks of.
         wishes: what it reaches of each, if somebody looked (search/wishes.py).
         audiences: those of its story, whose observers are those of `world`.
-        trust: what is known of the error of its world, where that is approximate.
+        trust: what is known of the error of its world and its viewers, where these are approximate
+            and somebody looked (`vouched`).
+        nearer: a world that is nearer to exact, and what viewers make of the script there.
     """
 
     record: Record
@@ -73,6 +77,7 @@ class Script(Shown):
     wishes: tuple[Wish, ...] = ()
     audiences: tuple[Audience, ...] = (USUAL,)
     trust: Trust | None = None
+    nearer: tuple[Standard, Frame] | None = field(default=None, compare=False, repr=False)
 
     @property
     def score(self) -> float | None:
@@ -125,8 +130,49 @@ class Script(Shown):
         return next((a for a in self.audiences if a.viewers == viewers), self.audiences[0])
 
     def save(self, path: Path | str) -> Path:
-        """Writes the script as JSON, atomically."""
-        return self.record.save(path)
+        """Writes the script as JSON, atomically, with what is known of its error."""
+        error = dict(self.record.error)
+        if self.trust is not None:
+            error["trust"] = self.trust.as_json()
+        if self.particles:
+            error["particles"] = [asdict(each) for each in self.particles]
+        return replace(self.record, error=error).save(path)
+
+    def vouched(self, watch: Watch | None = None) -> Script:
+        """The script with what is known of its error (docs/approximate.md). Where its world is
+        planned exactly and its viewers hold all hypotheses there is nothing to know. Elsewhere it
+        is held against plans that are nearer to exact ones, which may take two minutes when they
+        are made first, and against viewers who hold other particles, and more.
+
+        Raises StoryError, KeyboardInterrupt.
+        """
+        if self.trust is not None or not self.length:
+            return self
+        path = self.shown().trajectory
+        found = standard(self.world, self._observers, [path], [self.length], watch or Watch())
+        if found is None:
+            return self
+        if found.world is None:
+            return replace(self, trust=found.unknown)
+        (seen,) = replay_many(found.world, found.paths)
+        return self.held_against(found, seen, None)
+
+    def held_against(self, found: Standard, seen: Frame, score: float | None) -> Script:
+        """The script with how far its viewers are from others.
+
+        Args:
+            seen: what these make of it.
+            score: its objective by that.
+        """
+        spans = tuple(audience.viewers for audience in self.audiences)
+        far = apart(self.world.vocabulary, self.assumption, self.frames, seen, spans)
+        trust = Trust(found.method, found.told, float(far.max()), score, found.copied)
+        return replace(self, trust=trust, nearer=(found, seen))
+
+    @property
+    def _observers(self) -> tuple[Observer, ...]:
+        """Those of all audiences, ready to watch it."""
+        return watching((o for each in self.audiences for o in each.observers), self.length)
 
     def shown(self) -> Script:
         """The script as viewers see it: with the turns that its story appends, as far as they
@@ -142,8 +188,10 @@ class Script(Shown):
             path = extended(self.world, path, [int(action)])
         story, settings = self.record.story, self.record.world["settings"]
         record = make_record(self.world, path, story, settings, self.score)
+        record = replace(record, error=self.record.error)
         frames = replay(self.world, path.states, path.actions)
-        return replace(self, record=record, trajectory=path, frames=frames, appended=())
+        told = replace(self, record=record, trajectory=path, frames=frames, appended=())
+        return replace(told, nearer=None)
 
     @property
     def particles(self) -> tuple[Effective, ...]:
@@ -166,8 +214,9 @@ class Script(Shown):
             None if assume is None else Source("assume", assume),
             self.audiences,
         )
-        asks = any(isinstance(node, ty.Belief) for node in ty.walk(query.value))
-        return replace(query, warnings=query.warnings + self.few_particles) if asks else query
+        if not query.asks_beliefs:
+            return query
+        return replace(query, warnings=query.warnings + self.few_particles)
 
     def seen_by(self, audience: str, watch: Watch | None = None) -> Script:
         """The script as other viewers see it: those of `audience` in the place of the story's.
@@ -182,7 +231,8 @@ class Script(Shown):
         observers = watching((o for each in found for o in each.observers), self.length)
         world = ready_world(self.world.spec, viewers_of(self.world.spec, observers), watch)
         frames = replay(world, self.trajectory.states, self.trajectory.actions)
-        return replace(self, world=world, frames=frames, audiences=found)
+        seen = replace(self, world=world, frames=frames, audiences=found)
+        return replace(seen, trust=None, nearer=None)
 
     def query(
         self, expression: str, assume: str | None = None, audience: str | None = None
@@ -232,28 +282,26 @@ class Script(Shown):
         """
         return -float(self.query("sum_t surprise(script[t])", assume, audience))
 
-    def answer(self, query: TypedQuery) -> Answer:
-        """Evaluates a checked query."""
+    def answer(self, query: TypedQuery, watch: Watch | None = None) -> Answer:
+        """Evaluates a checked query; `watch` is told of what is made to judge the answer."""
         self._check_appended(query)
         with np.errstate(all="ignore"):  # log(0) is an answer: -inf
             found = evaluate(self.world, self.frames, query.value, query.times)
         value = np.asarray(found, dtype=float) + 0.0  # -0 is 0
-        times = None if query.times is None else list(query.times)
-        axes = query.value.labels if isinstance(query.value, ty.Belief) else ()
-        if not axes:
-            steps = bool(((value == 0) | (value == 1)).all()) and any(
-                isinstance(node, ty.Feature) for node in ty.walk(query.value)
-            )
-            return Answer(times, value, None, None, steps=steps)
-        if len(axes) > 1:
-            sizes = tuple(len(axis.values) for axis in axes)
-            value = value.reshape(*value.shape[:-1], *sizes)
-            return Answer(times, value, None, None, axes=axes)
-        (axis,) = axes
-        if axis.values[-1] != UNKNOWN:  # of actions, each of which has its name
-            return Answer(times, value, axis.values, None, latent=axis.name)
-        names = axis.values[:-1]
-        return Answer(times, value[..., :-1], names, value[..., -1], latent=axis.name)
+        judge = partial(self._judged, query, value, watch) if query.asks_beliefs else None
+        return replace(answer_of(query, value), judge=judge)
+
+    def _judged(self, query: TypedQuery, value: np.ndarray, watch: Watch | None) -> Trust | None:
+        """What is known of the error of an answer."""
+        script = self.vouched(watch)
+        if script.trust is None or script.nearer is None:
+            return script.trust
+        found, seen = script.nearer
+        if found.world is None or (query.appends and not found.whole):
+            return script.trust
+        with np.errstate(all="ignore"):
+            other = evaluate(found.world, seen, query.value, query.times)
+        return replace(script.trust, answer=off_by(value, np.asarray(other, dtype=float)))
 
     def to_pandas(
         self, *expressions: str, assume: str | None = None, **named: str
@@ -334,16 +382,6 @@ def script_of_positions(
     return replace(script, warnings=(*script.warnings, *told.warnings))
 
 
-def appended_turns(story: TypedStory) -> tuple[ty.Turn, ...]:
-    """The longest sequence of turns that a story's objective appends to its script."""
-    found: tuple[ty.Turn, ...] = ()
-    for _, expression in story.objective:
-        for node in ty.walk(expression):
-            if isinstance(node, ty.Moment) and len(node.turns) > len(found):
-                found = node.turns
-    return found
-
-
 def script_of(
     story: TypedStory,
     world: World,
@@ -370,32 +408,6 @@ def script_of(
         unmet=unmet(story, world, frames),
         subjects=subjects_of(story),
         audiences=story.audiences,
-    )
-
-
-def story_windows(story: TypedStory, length: int) -> tuple[tuple[int, int, str], ...]:
-    """The stretches of frames that a story singles out, and what it asks for there: those of a
-    script of `length` frames, which may be shorter than what the story says.
-
-    Where something in its objective that depends on t alone has another value than before and
-    after, such as the sign of a dip.
-    """
-    found = []
-    for sign, expression in story.objective:
-        for node in ty.walk(expression):
-            if not isinstance(node, ty.TimeTable) or len(set(node.values)) != 2:
-                continue
-            inside = np.array(node.values) != node.values[0]
-            edges = np.flatnonzero(np.diff(inside)) + 1
-            if len(edges) == 2:
-                first, end = (int(edge) for edge in edges)
-                change = sign * (node.values[first] - node.values[0])
-                kind = "dip" if change < 0 else "rise"
-                found.append((node.first + first, node.first + end - 1, kind))
-    return tuple(
-        (first, min(last, length), kind)
-        for first, last, kind in dict.fromkeys(found)
-        if first < length
     )
 
 

@@ -275,6 +275,25 @@ def objective_terms(story: Story) -> Any:
     return first
 
 
+def test_a_script_is_held_against_other_particles() -> None:
+    """Four times as many, of the next seed; of an audience that holds all hypotheses, nothing."""
+    _, script = solved()
+    other = script.seen_by("particles(count = 600, seed = 4)")
+    far = max(
+        float(np.abs(script.query(f"P({event} | script[:t])") - other.query(asked)).max())
+        for event in ("rho > 0", "rho < 0", "G_mouse = crumbs", "G_cat = hole", "G_cat = none")
+        if (asked := f"P({event} | script[:t])")
+    )
+    trust = script.trust
+    assert trust.method == "150 particles"
+    assert trust.closer == "600 particles of another seed"
+    assert far - 1e-9 <= trust.belief < 0.3
+    own, other = (s.query("P(rho > 0 | script[:t])") for s in (script, other))
+    told = script.ask("P(rho > 0 | script[:t])").trust
+    assert told.answer == pytest.approx(np.abs(own - other).max(), abs=1e-12)
+    assert script.ask("P[all](rho > 0 | script[:t])").trust.answer == 0
+
+
 def test_seeds_differ_and_each_says_the_same_again() -> None:
     _, script = solved()
     ask = lambda seed: script.query(

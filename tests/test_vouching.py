@@ -9,16 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from commands_for_tests import Run
 from i2pdsl.errors import Source, whole_file
+from i2pdsl.objective.nearer import error_in_copy, trust_in
 from i2pdsl.objective.panel import judge, panel
 from i2pdsl.objective.terms import score_script
-from i2pdsl.objective.trust import Copied, Trust
+from i2pdsl.objective.trust import Copied, Trust, off_by
 from i2pdsl.pipeline import Story
+from i2pdsl.questions import query
 from i2pdsl.render.pictures import pictures_of
 from i2pdsl.results import Result
 from i2pdsl.scripts import Script, script_from
 from i2pdsl.search.candidates import TOLERANCE, faults
-from i2pdsl.vouching import error_in_copy, trust_in, vouched, vouched_alone
+from i2pdsl.vouching import vouched, vouched_alone
 from i2pdsl.worlds.grid import around, method
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
@@ -74,7 +77,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Story, Result]:
 def planned_exactly(script: Script) -> Script:
     """The same script, read from a file that asks for exact plans."""
     document = script.record.as_json()
-    document["world"]["settings"] = {"method": "exact"}
+    document["world"] = {**document["world"], "settings": {"method": "exact"}}
     return script_from(parse_record(Source("script.json", json.dumps(document))), None)
 
 
@@ -148,6 +151,44 @@ def test_where_nothing_else_fits_plans_are_exact_around_the_scripts(
     monkeypatch.setattr(around, "PATIENCE", 60.0)
     alone = vouched_alone(story.typed, task.world, nothing.scripts[0], task.watch)
     assert alone.trust.belief == pytest.approx(result.script.trust.belief, abs=0.25)
+
+
+def test_an_answer_is_held_against_the_same_by_nearer_plans(
+    found: tuple[Story, Result], tmp_path: Path, i2p: Run
+) -> None:
+    """Of a script from its file, of which nothing was known."""
+    script, asked = found[1].script, "P(rho > 0 | script[:t])"
+    path = script.save(tmp_path / "script.json")
+    again = Script.load(path)
+    assert again.trust is None
+    assert again.record.error["trust"]["belief"] == script.trust.belief
+    worst = np.abs(again.query(asked) - planned_exactly(script).query(asked)).max()
+    for each in (script, again):
+        trust = each.ask(asked).trust
+        assert trust.answer == pytest.approx(worst, abs=1e-6)
+        assert trust.belief == pytest.approx(script.trust.belief, abs=1e-9)
+    assert script.ask("T + 1").trust is None
+    assert planned_exactly(script).ask(asked).trust is None
+    told = json.loads(i2p("query", str(path), asked, "--json").out)
+    assert told["trust"]["answer"] == pytest.approx(worst, abs=1e-6)
+    assert f"this is off by {worst:.2g}" in i2p("query", str(path), asked).err
+    assert json.loads(i2p("explain", str(path), "--json").out)["trust"]["closer"] == "exact plans"
+    (of_table,) = query([script, again], asked).trust()
+    assert of_table.answer == pytest.approx(worst, abs=1e-6)
+    assert of_table.belief == pytest.approx(script.trust.belief, abs=1e-9)
+    # What a file says of its error is kept, and never believed.
+    again.save(path)
+    assert Script.load(path).record.error == again.record.error
+    assert "trust" not in json.loads(planned_exactly(script).save(path).read_text())
+
+
+def test_answers_that_are_alike_are_not_off() -> None:
+    one = np.array([1.0, np.inf, np.nan, -np.inf])
+    assert off_by(one, one.copy()) == 0
+    assert off_by(one, np.array([0.75, np.inf, np.nan, -np.inf])) == 0.25
+    assert off_by(one, np.array([1.0, 2.0, np.nan, -np.inf])) == np.inf
+    assert off_by(np.zeros(0), np.zeros(0)) == 0
+    assert Trust("x", "y", 0.0, np.inf, None, answer=np.inf).as_json()["score"] is None
 
 
 def test_the_page_says_how_right_it_is(found: tuple[Story, Result]) -> None:

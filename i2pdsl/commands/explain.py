@@ -15,8 +15,11 @@ from i2pdsl.output import output, output_json
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def explain(source: str, frame: int | None, seed: int, as_json: bool) -> int:
     """Say why viewers believe what they believe: which actions moved which belief, by how much."""
+    from i2pdsl.progress import Bars
+
     script, status = script_or_story(source, seed)
-    script = script.shown()
+    with Bars() as bars:
+        script = script.vouched(bars.watch).shown()
     if frame is not None and frame > script.length:
         raise click.UsageError(f"the script has {script.length} frames, not {frame}")
     if as_json:
@@ -27,4 +30,6 @@ def explain(source: str, frame: int | None, seed: int, as_json: bool) -> int:
         from i2pdsl.render.reasons import reasons_in_words
 
         output(reasons_in_words(script, frame))
+        if script.trust is not None:
+            click.echo(script.trust.in_words(), err=True)
     return status

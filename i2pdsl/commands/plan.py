@@ -16,8 +16,8 @@ from i2pdsl.output import output, output_json, show
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def plan(world: str, as_json: bool) -> None:
     """Solve a world's planning problem ahead of time and store it."""
+    from i2pdsl.objective.nearer import trust_in
     from i2pdsl.progress import Bars
-    from i2pdsl.vouching import trust_in
     from i2pdsl.worlds.find import world_warnings
     from i2pdsl.worlds.kinds import kind_of
 

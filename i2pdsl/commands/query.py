@@ -10,6 +10,7 @@ import click
 
 from i2pdsl.commands.inputs import script_or_story
 from i2pdsl.commands.tables import write_table
+from i2pdsl.errors import whole_file
 from i2pdsl.folders import script_files
 from i2pdsl.output import DONE, output, output_json, show
 
@@ -50,23 +51,30 @@ def query(
         raise click.UsageError(HOW)
     source, expression = sources
     script, status = script_or_story(source, seed)
-    if audiences:
-        from i2pdsl.progress import Bars
+    from i2pdsl.progress import Bars
 
-        with Bars() as bars:
+    with Bars() as bars:
+        if audiences:
             script = script.seen_by(audiences[0], bars.watch)
-    checked = script.check(expression, assume)
+        checked = script.check(expression, assume)
+        answer = script.answer(checked, bars.watch)
+        trust = answer.trust
     show(checked.warnings)
-    answer = script.answer(checked)
+    if trust is not None:
+        show(trust.warnings(whole_file("query")))
     if as_json:
         document = {"expr": expression, "t": answer.t, "value": answer.as_json()}
         if script.particles:
             document["particles"] = [asdict(each) for each in script.particles]
+        if trust is not None:
+            document["trust"] = trust.as_json()
         output_json(document)
     else:
         output(answer.in_words())
         for each in script.particles:
             output(each.words)
+        if trust is not None:
+            click.echo(trust.in_words(), err=True)
     return status
 
 
@@ -97,7 +105,10 @@ def _table(
             scripts |= {str(path): path for path in script_files(source)}
     with Bars() as bars:
         found = ask(scripts, questions, audiences or None, assume, bars.watch)
+        trusts = found.trust()
     show(found.warnings)
+    for trust in trusts:
+        click.echo(trust.in_words(), err=True)
     write_table(_columns(found), None if out is None else Path(out), as_json)
     return status
 

@@ -37,10 +37,13 @@ def render(
     """
     if out is not None:
         check_writable(Path(out))
+    from i2pdsl.progress import Bars
+
     status, solved = DONE, []
     for name in scripts:
         found, ended = script_or_story(name, seed)
-        solved.append(found)
+        with Bars() as bars:
+            solved.append(found.vouched(bars.watch))
         status = max(status, ended)
     if len(solved) > 1:
         beside = Path("out", "together")

@@ -26,6 +26,16 @@ class TypedQuery:
     times: range | None
     warnings: tuple[Diagnostic, ...]
 
+    @property
+    def asks_beliefs(self) -> bool:
+        """Whether it is about what viewers believe."""
+        return any(isinstance(node, ty.Belief) for node in ty.walk(self.value))
+
+    @property
+    def appends(self) -> bool:
+        """Whether it asks what would be if the script went on."""
+        return any(isinstance(n, ty.Moment) and n.turns for n in ty.walk(self.value))
+
 
 def check_query(
     source: Source,

@@ -111,18 +111,24 @@ class Session(Desk):
     def question(self, text: str) -> Reply:
         """An expression: its answer."""
         try:
-            answer, warnings = self.asked(text, text, 0)
+            answer, warnings = self.asked(text, text, 0, judged=True)
         except StoryError as problem:
             raise misspelt_command(problem, text, every_word(self.state)) from None
         said: tuple[str, ...] = () if answer.t is None or answer.t else (NO_FRAMES,)
         said += tuple(each.words for each in self.workshop.script(self).particles)
+        said += () if answer.trust is None else (answer.trust.in_words(),)
         return Reply((Asked(answer),), said, warnings)
 
-    def asked(self, text: str, line: str, offset: int) -> tuple[Answer, tuple[Diagnostic, ...]]:
-        """The answer to a question that stands in a line at an offset. Raises StoryError."""
+    def asked(
+        self, text: str, line: str, offset: int, judged: bool = False
+    ) -> tuple[Answer, tuple[Diagnostic, ...]]:
+        """The answer to a question that stands in a line at an offset, and `judged`: with what is
+        known of its error. Raises StoryError."""
         script = self.workshop.script(self)
         try:
             query = script.check(text)
+            if judged and query.asks_beliefs:
+                script = self.workshop.vouched(self)
             answer = replace(script.answer(query), expression=" ".join(text.split()))
         except StoryError as problem:
             raise StoryError(placed(problem.diagnostics, text, line, offset)) from None

@@ -22,6 +22,7 @@ from i2pdsl.untrusted import RepeatedKeyError, json_excess, without_repetition
 from i2pdsl.worlds.world import World
 
 FORMAT, VERSION = "i2p-script", 1
+ERROR = {"trust": dict, "particles": list}
 _DEEPEST = 60  # brackets in brackets; the format has 5, and a story may say more of itself
 _LONGEST_TITLE = 300  # characters
 
@@ -37,6 +38,8 @@ class Record:
         start: the initial state, as in the file.
         frames: as in the file.
         where: the file's name, for messages.
+        error: what was known of the error of its world and its viewers (`trust`, `particles`),
+            where these are approximate; it informs, and is never believed.
     """
 
     story: dict[str, Any]
@@ -45,6 +48,7 @@ class Record:
     start: dict[str, Any]
     frames: tuple[dict[str, Any], ...]
     where: str = field(default="script", compare=False)
+    error: dict[str, Any] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -66,6 +70,7 @@ class Record:
             "story": self.story,
             "world": self.world,
             "score": self.score if self.score is None or math.isfinite(self.score) else None,
+            **self.error,
             "start": self.start,
             "frames": list(self.frames),
         }
@@ -247,4 +252,5 @@ def parse_record(source: Source) -> Record:
         start,
         tuple(frames),
         source.name,
+        {key: document[key] for key, kind in ERROR.items() if isinstance(document.get(key), kind)},
     )

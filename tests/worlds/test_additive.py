@@ -117,6 +117,14 @@ def summed(text: str, at_once: int, who: str, row: dict, state: dict) -> float:
     return total
 
 
+def test_plans_without_problems_are_read_again() -> None:
+    """Where the dog models nobody, nobody plans for the cat that it meets."""
+    world = additive(TRIO.replace("    models = mouse\n", ""), 2)
+    again = build_world(world.spec)
+    for ours, theirs in zip(world.tables.continuation, again.tables.continuation, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
 @pytest.mark.parametrize("text", [COUPLE, TRIO], ids=["couple", "trio"])
 @pytest.mark.parametrize("at_once", [2, 3])
 def test_values_are_sums_over_sub_worlds(text: str, at_once: int) -> None:

@@ -161,7 +161,7 @@ def _plan_of(
     some = np.arange(count) if count <= SAMPLE else np.random.default_rng().choice(count, SAMPLE)
     residuals = _residuals(spec, dynamics(), keys, values, some)
     for who, residual in enumerate(residuals):
-        rounding = 16 * float(np.finfo(values[who].dtype).eps * np.abs(values[who]).max())
+        rounding = 16 * float(np.finfo(values[who].dtype).eps * np.abs(values[who]).max(initial=0))
         if not residual <= 2 * _tolerance(spec, who) + rounding:
             return None
     return Plan(keys, values, max(residuals), _bound(spec, residuals, values))
