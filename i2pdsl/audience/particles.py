@@ -125,12 +125,13 @@ class Swarm(NamedTuple):
     effective: Array
 
     def each(self, change: Any, *others: Swarm) -> Swarm:
-        """The swarm with each of its arrays changed, given the same ones of others."""
+        """The swarm with each of its arrays changed, given the same ones of others; without what
+        one of them does not remember."""
         together = (self, *others)
         plain = (change(*(getattr(s, name) for s in together)) for name in _PLAIN)
         held: Any = dict(zip(_PLAIN, plain, strict=True))
         for name in ("sums", "marks"):
-            parts = zip(*(getattr(s, name) for s in together), strict=True)
+            parts = zip(*(getattr(s, name) for s in together), strict=False)
             held[name] = tuple(change(*part) for part in parts)
         return Swarm(**held)
 
@@ -189,12 +190,25 @@ def belief(tables: SwarmTables, swarm: Swarm) -> Array:
     return xp.where(mixed > 0, xp.log(xp.where(mixed > 0, mixed, 1.0)), -xp.inf)
 
 
+def belief_of(tables: SwarmTables, minds: Array, log_weight: Array) -> Array:
+    """log P of each row by particles [..., N, C] with several weights [..., K, N]: [..., K, H]."""
+    xp = log_weight.__array_namespace__()
+    share = xp.exp(log_weight) @ _in_rows(tables, minds, log_weight.dtype)
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+
+
+def _in_rows(tables: SwarmTables, minds: Array, dtype: Any) -> Array:
+    """Which row each particle is in, one-hot [..., N, H]."""
+    row = looked_up(tables.row, minds)
+    xp = row.__array_namespace__()
+    return xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=dtype)
+
+
 def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Array:
     """The sum of the weights, or of so many times each, in each row: [..., H]."""
     xp = swarm.log_weight.__array_namespace__()
     weights = xp.exp(swarm.log_weight)
-    row = looked_up(tables.row, swarm.minds)
-    there = xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=weights.dtype)
+    there = _in_rows(tables, swarm.minds, weights.dtype)
     weights = weights if times is None else weights * times
     return (weights[..., None, :] @ there)[..., 0, :]
 

@@ -103,6 +103,14 @@ def _of_swarms(tables: Sequence[SwarmTables | None]) -> list[SwarmTables]:
     return [each for each in tables if each is not None]
 
 
+def particles_of(
+    world: World, tables: Any, viewers: tuple[int, int] | None = None
+) -> list[SwarmTables]:
+    """Of those observers who hold particles; of some of them, where all do."""
+    given = world.swarms(tables)
+    return _of_swarms(given if viewers is None else given[slice(*viewers)])
+
+
 def first_belief(world: World, tables: Any, share: Array | None = None) -> Belief:
     """What viewers believe before anything moved."""
     given = world.swarms(tables)
