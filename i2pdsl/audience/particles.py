@@ -224,7 +224,8 @@ def likely(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Array:
     own = xp.exp(of_each(tables, swarm, u, row))
     share, held = _shares(tables, swarm), _shares(tables, swarm, own)
     every = (xp.exp(swarm.log_weight) * own).sum(-1)[..., None]
-    return xp.log(xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every))
+    mean = xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every)
+    return xp.where(mean > 0, xp.log(xp.where(mean > 0, mean, 1.0)), -xp.inf)
 
 
 def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array) -> Array:
