@@ -51,7 +51,7 @@ FLOORS = (
     ("objective", "folders"),
     ("stored", "scripts", "questions", "tables", "explain"),
     ("search",),
-    ("results", "sampling", "vouching"),
+    ("results", "sampling", "vouching", "keeping"),
     ("pipeline", "fit"),
     ("progress", "sweep"),
     ("render", "describe"),

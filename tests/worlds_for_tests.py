@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -15,7 +15,10 @@ from i2pdsl.errors import Source
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.scripts import make_record
-from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.arrays import state_of
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.following import moved
+from i2pdsl.worlds.grid.packed import computed
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -146,6 +149,21 @@ class Pair:
     def document(self, path: Trajectory) -> dict:
         """The script as the dict of script.json."""
         return make_record(self.world, path, {}, {}, None).as_json()
+
+
+def as_computed(spec: GridSpec) -> Dynamics:
+    """A world's states, listed, with successors that are computed (worlds/grid/packed.py)."""
+    listed, states = build_dynamics(spec), computed(spec)
+    numbers = states.state_of(listed.cells)
+    assert (numbers >= 0).all()
+    assert len(np.unique(numbers)) == len(numbers) == states.state_count
+    assert (states.cells_of(numbers) == listed.cells).all()
+    successor = []
+    for who in range(len(spec.characters)):
+        cells = moved(states.packed, who, listed.cells.astype(int))
+        assert (states.cells_of(state_of(states.packed, cells)) == cells).all()
+        successor.append(listed.state_of(cells).T)
+    return replace(listed, successor=tuple(successor))
 
 
 @cache

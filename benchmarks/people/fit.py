@@ -25,9 +25,10 @@ from convert import convert
 from i2pdsl.computing import computing
 from i2pdsl.fit.audience import person
 from i2pdsl.fit.cues import cues
-from i2pdsl.fit.fit import Study, seen_under, study
+from i2pdsl.fit.fit import seen_under
 from i2pdsl.fit.judgements import read_judgements
 from i2pdsl.fit.model import Asked, Cues, Model, Watching
+from i2pdsl.fit.questions import Study, study
 from i2pdsl.fit.report import agreement, plan_in_words
 from i2pdsl.fit.sampling import alike, modes
 from i2pdsl.fit.viewers import Answers
@@ -69,7 +70,7 @@ def predicted(
     @jax.jit
     def mean(point: np.ndarray) -> Any:
         values = alike(model, point)
-        each = jax.lax.map(lambda node: model.expected(values, node, asked), nodes)
+        each = jax.lax.map(lambda node: model.expected(values, node, asked)[:, 0], nodes)
         return jax.numpy.exp(model.log_shares(values)) @ each
 
     told = [np.asarray(mean(point)) for point in points]

@@ -12,8 +12,8 @@ from i2pdsl.output import DONE, INTERRUPTED, WRONG, check_writable, output, outp
 
 if TYPE_CHECKING:
     from i2pdsl.fit.compare import Comparison
-    from i2pdsl.fit.fit import Study, Value
-    from i2pdsl.fit.judgements import Choice
+    from i2pdsl.fit.judgements import Choice, Pair
+    from i2pdsl.fit.questions import Study, Value
     from i2pdsl.fit.report import Report
 
 _VARYING = "plan, prior, sharpness, forgetting, lapse, noise, bias, slope"
@@ -30,6 +30,14 @@ _VARYING = "plan, prior, sharpness, forgetting, lapse, noise, bias, slope"
     metavar="NAME:LABEL=EXPR;...",
     help="A question of the table that is answered by a label, and what each label claims.",
 )
+@click.option(
+    "--pair",
+    "pairs",
+    multiple=True,
+    metavar="NAME:EXPR",
+    help="A question about two films, of which the one is chosen where EXPR is more.",
+)
+@click.option("--assume", metavar="CONDITION", help="What beliefs are conditioned on, or nothing.")
 @click.option(
     "--scale", type=click.FloatRange(0, min_open=True), default=1.0, help="Of answers: 1, or 100."
 )
@@ -69,6 +77,8 @@ def fit(
     out: str | None,
     question: str | None,
     choices: tuple[str, ...],
+    pairs: tuple[str, ...],
+    assume: str | None,
     scale: float,
     grid: tuple[str, ...],
     fix: tuple[str, ...],
@@ -88,7 +98,10 @@ def fit(
     from i2pdsl.fit.judgements import read_judgements, repeated
     from i2pdsl.progress import Bars
 
-    options = [_choice(text) for text in choices]
+    meant: list[tuple[str, Choice | Pair]] = [*map(_choice, choices), *map(_pair, pairs)]
+    named = dict(meant)
+    if len(named) < len(meant):
+        raise click.BadParameter("a name is given twice", param_hint="--choice, --pair")
     tried = dict(_numbers(text, "--grid") for text in grid)
     fixed = dict(_value(text, "--fix") for text in fix)
     others = {text: dict([_value(text, "--against")]) for text in against}
@@ -97,16 +110,18 @@ def fit(
         if Path(out).suffix != ".toml":
             raise click.BadParameter(f"{out!r} does not end in .toml", param_hint="--out")
         check_writable(Path(out).parent)
-    judgements = read_judgements(table, scale, question, dict(options))
+    judgements = read_judgements(table, scale, question, named)
     if again := repeated(judgements):
         click.echo(f"warning: {again}", err=True)
     with Bars("fitting") as bars:
         from i2pdsl.fit.fit import fit as fitted_to
-        from i2pdsl.fit.fit import fit_cues, settings_of, study
+        from i2pdsl.fit.fit import fit_cues
+        from i2pdsl.fit.questions import study
+        from i2pdsl.fit.settings import settings_of
 
         def asked(reshaping: Mapping[str, Value]) -> Study:
             folder = Path(table).parent
-            return study(judgements, folder, scale, dict(options), bars.watch, reshaping)
+            return study(judgements, folder, scale, named, bars.watch, reshaping, assume)
 
         people = asked({})
         parameters, settings, reshaping = settings_of(people, fixed, tried)
@@ -163,9 +178,8 @@ def _written(report: Report, out: Path, table: str, viewers: int) -> dict[str, s
     write_text(out, written(people(report, viewers), figures, told))
     files = {"audience": str(out), "draws": str(out.with_suffix(".nc"))}
     report.save(Path(files["draws"]))
-    if report.cells:  # means are of sliders
-        files["picture"] = str(out.with_suffix(".png"))
-        draw_agreement(report, Path(files["picture"]))
+    files["picture"] = str(out.with_suffix(".png"))
+    draw_agreement(report, Path(files["picture"]))
     return files
 
 
@@ -186,8 +200,7 @@ def in_words(report: Report, comparison: tuple[Comparison, ...], files: dict[str
         f"leave one answer out: {loo['loo']:.5g} nats (standard error {loo['se']:.3g}; "
         f"{100 * loo['bad']:.3g} % of answers are too influential to be sure)",
     ]
-    if report.cells:
-        lines.append(f"means of the model and of people: r = {r:.4f}, RMSE = {rmse:.4g}")
+    lines.append(f"means of the model and of people: r = {r:.4f}, RMSE = {rmse:.4g}")
     if checks:
         lines.append(
             f"answers within the model's 90 % intervals: {100 * checks['within_90']:.3g} %; at an "
@@ -220,6 +233,15 @@ def _choice(text: str) -> tuple[str, Choice]:
         message = f"{text!r} is not NAME:LABEL=EXPR;LABEL=EXPR"
         raise click.BadParameter(message, param_hint="--choice")
     return name.strip(), Choice(named)
+
+
+def _pair(text: str) -> tuple[str, Pair]:
+    from i2pdsl.fit.judgements import Pair
+
+    name, _, expression = (part.strip() for part in text.partition(":"))
+    if not name or not expression:
+        raise click.BadParameter(f"{text!r} is not NAME:EXPR", param_hint="--pair")
+    return name, Pair(expression)
 
 
 def _numbers(text: str, option: str) -> tuple[str, Sequence[float]]:

@@ -1,6 +1,7 @@
 """People's judgements as they come: a table with a row for each answer.
 
-Its columns are `participant, script, frame, question, answer` (interfaces.md). Anybody may have
+Its columns are `participant, script, frame, question, answer` (interfaces.md), and where two films
+were compared `other`, the second one's script. Anybody may have
 written it, so every cell is looked at, and every mistake is told with its line and column.
 """
 
@@ -18,6 +19,8 @@ from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, fi
 from i2pdsl.language.statements import read_source
 
 COLUMNS = ("participant", "script", "frame", "question", "answer")
+OTHER = "other"
+FIRST, SECOND = "first", "second"  # of two films
 LAST = "T"  # the frame after which everything was seen
 SEPARATORS = ",;\t"
 _SIGNS = {",": "a comma", ";": "a semicolon", "\t": "a tab"}
@@ -32,13 +35,25 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """A question that is answered by choosing the film of two of which an expression says more."""
+
+    value: str
+
+
+Named = Mapping[str, Choice | Pair]
+"""What questions mean that stand in a table by a name."""
+
+
+@dataclass(frozen=True)
 class Judgement:
     """One answer of one person.
 
     Attributes:
         frame: how much of the script was seen; None for all of it.
         question: the text in the table.
-        answer: between 0 and 1, or the label of a choice.
+        answer: between 0 and 1, the label of a choice, or FIRST or SECOND.
+        other: of two films the second one's script.
         more: what its row says in further columns.
     """
 
@@ -47,8 +62,16 @@ class Judgement:
     frame: int | None
     question: str
     answer: float | str
+    other: str | None = None
     more: Mapping[str, str] = field(default_factory=dict)
     spans: Mapping[str, Span] = field(compare=False, repr=False, default_factory=dict)
+
+    @property
+    def scripts(self) -> Iterator[tuple[str, str]]:
+        """What was seen: columns with what stands there."""
+        yield "script", self.script
+        if self.other is not None:
+            yield OTHER, self.other
 
     def wrong(self, column: str, message: str, hint: str | None = None) -> Diagnostic:
         """What is wrong with one of its cells."""
@@ -59,14 +82,14 @@ def read_judgements(
     path: Path | str,
     scale: float = 1.0,
     question: str | None = None,
-    choices: Mapping[str, Choice] | None = None,
+    named: Named | None = None,
 ) -> tuple[Judgement, ...]:
     """The judgements of a CSV or Parquet file.
 
     Args:
         scale: what an answer of certainty is: 1, or 100 for sliders from 0 to 100.
         question: what was asked where the table has no such column, or an empty cell.
-        choices: what choices there are, by the name that stands in the table's column `question`.
+        named: what is meant by the names that stand in the table's column `question`.
 
     Raises StoryError with the table's mistakes; ImportError where a Parquet file needs what is not
     installed.
@@ -81,7 +104,7 @@ def read_judgements(
     problems = _wrong_head(head, needs_question=question is None)
     if problems:
         raise StoryError(problems)
-    reader = _Reader(scale, question, choices or {}, names, _separator(source.text))
+    reader = _Reader(scale, question, named or {}, names, _separator(source.text))
     texts = ((cells, [text for text, _ in cells]) for cells in rows)
     # Tables that were put behind each other repeat their first line.
     found = [reader.judgement(cells) for cells, row in texts if any(row) and row != names]
@@ -99,7 +122,7 @@ def repeated(judgements: tuple[Judgement, ...]) -> str | None:
     first: dict[tuple[object, ...], Judgement] = {}
     again = []
     for each in judgements:
-        key = (each.participant, each.script, each.frame, each.question)
+        key = (each.participant, each.script, each.other, each.frame, each.question)
         if first.setdefault(key, each) is not each:
             again.append(each)
     if not again:
@@ -188,7 +211,7 @@ class _Reader:
 
     scale: float
     question: str | None
-    choices: Mapping[str, Choice]
+    named: Named
     names: list[str]
     separator: str
     problems: list[Diagnostic] = field(default_factory=list)
@@ -213,12 +236,19 @@ class _Reader:
         if not question:
             self.problem("nothing was asked", spans["question"], "or give `--question EXPRESSION`")
         frame = self.frame(texts.get("frame", LAST) or LAST, spans["frame"])
-        answer = self.answer(texts["answer"], question, spans["answer"])
+        other = texts.get(OTHER) or None
+        if other is None and isinstance(self.named.get(question), Pair):
+            message = f"`{shorten(question)}` is about two films, and there is no second one"
+            self.problem(message, spans.get(OTHER, spans["script"]), "its script stands in `other`")
+        elif other is not None and isinstance(self.named.get(question), Choice):
+            message = f"`{shorten(question)}` is a choice among events, about one film"
+            self.problem(message, spans[OTHER], "what is asked of two films, `--pair` says")
+        answer = self.answer(texts["answer"], question, other is not None, spans["answer"])
         if len(self.problems) > before:
             return None
-        more = {name: text for name, text in texts.items() if name not in COLUMNS}
+        more = {name: text for name, text in texts.items() if name not in (*COLUMNS, OTHER)}
         return Judgement(
-            texts["participant"], texts["script"], frame, question, answer, more, spans
+            texts["participant"], texts["script"], frame, question, answer, other, more, spans
         )
 
     def frame(self, text: str, span: Span) -> int | None:
@@ -231,12 +261,17 @@ class _Reader:
             return None
         return int(number)
 
-    def answer(self, text: str, question: str, span: Span) -> float | str:
-        if question in self.choices:
-            options = self.choices[question].options
-            if text not in options:
+    def answer(self, text: str, question: str, of_two: bool, span: Span) -> float | str:
+        asked = self.named.get(question)
+        if of_two:
+            if text not in (FIRST, SECOND):
+                message = f"of two films `{shorten(text)}` is neither `{FIRST}` nor `{SECOND}`"
+                self.problem(message, span, did_you_mean(text, (FIRST, SECOND)))
+            return text
+        if isinstance(asked, Choice):
+            if text not in asked.options:
                 message = f"`{shorten(text)}` is none of the choices of `{shorten(question)}`"
-                self.problem(message, span, did_you_mean(text, options))
+                self.problem(message, span, did_you_mean(text, asked.options))
             return text
         # Where a semicolon stands between cells, a comma may stand before decimals.
         plain = text if self.separator == "," else text.replace(",", ".")

@@ -9,7 +9,9 @@ A viewer: how sharply choices are expected, forgetting, the prior over every lat
 answer: a viewer's probability p is placed on the slider where the log odds are bias + slope logit p
 (linear in log odds: Gonzalez and Wu 1999, DOI 10.1006/cogp.1998.0710) plus logistic noise, so that
 people differ most where they are unsure, in steps of RESOLUTION; or, with the lapse's probability,
-anywhere. A choice among events is made with probabilities proportional to p ** slope.
+anywhere. A choice among events is made with probabilities proportional to p ** slope; of two
+films the one of which p says more, with odds that are those of p to the power of slope, one divided
+by the other (Luce 1959, Individual Choice Behavior).
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from i2pdsl.fit.viewers import Answers, Seen, Viewer
 Array = Any
 
 RESOLUTION = 0.01  # of a slider
+PAIR = -1  # in the place of a number of options: one of two films
 _SURE = 1e-6  # no viewer is surer
 SD = np.pi / np.sqrt(3)  # of the standard logistic distribution
 
@@ -168,9 +171,10 @@ class Asked(NamedTuple):
 
     Attributes:
         person: [R], from 0.
-        cell: of a slider its cell, [R, 1]; with choices those of their options, [R, K].
-        options: how many options a choice has, [R]; 0 on a slider.
-        answer: [R], between 0 and 1; of a choice which option.
+        cell: of a slider its cell, [R, 1]; with choices those of their options, with pairs those of
+            the two films, [R, K].
+        options: how many options a choice has, [R]; 0 on a slider, PAIR of two films.
+        answer: [R], between 0 and 1; of a choice which option, of two films whether the first.
     """
 
     person: Array
@@ -225,7 +229,8 @@ class Model:
     def told(
         self, values: dict[str, Array], seen: Any, asked: Asked
     ) -> tuple[Array, dict[str, Array]]:
-        """What people believe of each row's cells, [R, K], and how they answer, [R] each.
+        """What people believe of each row's cells, [R, K], and how they answer, [R] each; `apart`
+        is by how much two films differ besides.
 
         Args:
             values: unbounded; of what differs among people [P], else a number.
@@ -243,8 +248,12 @@ class Model:
             if name in values:
                 bounded = RESPONSE[name].bounded(values[name])
                 own[name] = bounded[asked.person] if jnp.ndim(bounded) else bounded
+        apart = jnp.zeros(())
         if "deviation" in values:
-            own["bias"] = own["bias"] + values["deviation"][asked.cell[:, 0]]
+            each = values["deviation"][asked.cell]
+            own["bias"] = own["bias"] + each[:, 0]
+            apart = each[:, 0] - each[:, -1]
+        own["apart"] = apart
         rows = len(asked.person)
         return p, {name: jnp.broadcast_to(value, (rows,)) for name, value in own.items()}
 
@@ -254,25 +263,38 @@ class Model:
         slider = log_slider(asked.answer, p[:, 0], own)
         if p.shape[1] == 1:
             return slider
+        pair = log_pair(asked.answer, p, own)
         choice = log_choice(asked.answer.astype(int), p, asked.options, own)
-        return jnp.where(asked.options > 0, choice, slider)
+        there = [asked.options > 0, asked.options == PAIR]
+        return jnp.select(there, [choice, pair], slider)
 
     def expected(self, values: dict[str, Array], seen: Any, asked: Asked) -> Array:
-        """The mean of each row's answer to a question like it, [R]; of a choice the probability of
-        the one made."""
+        """What is expected of answers to questions like those of the rows, [R, K]: first the mean
+        of a slider, or how often the first of two films is chosen; of a choice how often each of
+        its options is."""
         usual = {name: value for name, value in values.items() if name != "deviation"}
         p, own = self.told(usual, seen, asked)
+        several = p.shape[1] > 1
+
+        def mean(away: Array) -> Array:
+            slider = slider_mean(p[:, 0], own | {"bias": own["bias"] + away})
+            if not several:
+                return slider
+            # Two films lie apart by the difference of two such deviations.
+            pair = jnp.exp(log_pair(1.0, p, own | {"apart": own["apart"] + np.sqrt(2) * away}))
+            return jnp.where(asked.options == PAIR, pair, slider)
+
         if "misfit" in values:
-            away = lambda z: own | {"bias": own["bias"] + values["misfit"] * z}
             places, weights = np.polynomial.hermite_e.hermegauss(9)
-            means = jax.vmap(lambda z: slider_mean(p[:, 0], away(z)))(jnp.asarray(places))
-            mean = (weights / weights.sum()) @ means
+            means = jax.vmap(mean)(values["misfit"] * jnp.asarray(places))
+            first = (weights / weights.sum()) @ means
         else:
-            mean = slider_mean(p[:, 0], own)
-        if p.shape[1] == 1:
-            return mean
-        made = log_choice(asked.answer.astype(int), p, asked.options, own)
-        return jnp.where(asked.options > 0, jnp.exp(made), mean)
+            first = mean(jnp.zeros(()))
+        if not several:
+            return first[:, None]
+        option = jnp.broadcast_to(jnp.arange(p.shape[1])[:, None], p.shape[::-1])
+        chosen = jax.vmap(lambda which: log_choice(which, p, asked.options, own))(option)
+        return jnp.where((asked.options > 0)[:, None], jnp.exp(chosen.T), first[:, None])
 
     def groups(self, asked: Asked) -> tuple[Array, int]:
         """Whose answers are given under one way of planning, [R], and how many groups there are:
@@ -380,3 +402,11 @@ def log_choice(chosen: Array, p: Array, options: Array, own: dict[str, Array]) -
     made = jnp.take_along_axis(worth, chosen[:, None], 1)[:, 0] - logsumexp(worth, axis=1)
     anywhere = jnp.log(own["lapse"]) - jnp.log(jnp.maximum(options, 1))
     return jnp.logaddexp(jnp.log1p(-own["lapse"]) + made, anywhere)
+
+
+def log_pair(first: Array | float, p: Array, own: dict[str, Array]) -> Array:
+    """log of the probability that the first of two films is chosen, or the other."""
+    one, other = (_log_odds(jnp.clip(p[:, k], _SURE, 1 - _SURE)) for k in (0, 1))
+    odds = own["slope"] * (one - other) + own["apart"]
+    made = log_sigmoid(jnp.where(jnp.asarray(first) > 0.5, odds, -odds))
+    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + made, jnp.log(own["lapse"] / 2))

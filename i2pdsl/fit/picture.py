@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,13 +11,14 @@ import numpy as np
 from matplotlib.transforms import Bbox
 
 from i2pdsl.errors import shorten
-from i2pdsl.fit.report import Report
+from i2pdsl.fit.report import Cell, Report
 from i2pdsl.resources import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_NAMED = 60  # points
+COLOURS = ("#31688e", "#c7522a", "#3d8f5f", "#8a4f9e", "#a07d1c", "#5a5a5a")
 _BESIDE = (
     *(((6, -5), "left", "top"), ((-6, 5), "right", "bottom")),
     *(((6, 5), "left", "bottom"), ((-6, -5), "right", "top")),
@@ -35,39 +38,62 @@ def draw_agreement(report: Report, path: Path) -> None:
     spread = lambda values, low, high: np.abs(
         [values - [getattr(c, low) for c in cells], [getattr(c, high) for c in cells] - values]
     )
-    figure = Figure(figsize=(5.2, 5.2), layout="constrained")
+    across, along = (
+        spread(values, f"{name}_low", f"{name}_high")
+        for values, name in ((model, "model"), (people, "people"))
+    )
+    figure = Figure(figsize=(5.6, 5.6), layout="constrained")
     axes = figure.subplots()
     axes.plot([0, scale], [0, scale], color="0.8", linewidth=1, zorder=0)
-    axes.errorbar(
-        model,
-        people,
-        xerr=spread(model, "model_low", "model_high"),
-        yerr=spread(people, "people_low", "people_high"),
-        fmt="o",
-        markersize=6,
-        markeredgecolor="white",
-        color="#31688e",
-        ecolor="#31688e66",
-        elinewidth=1.5,
-    )
+    series = [_series(cell) for cell in cells]
+    kinds = list(dict.fromkeys(series))
+    for kind, name in enumerate(kinds):
+        own = np.array([one == name for one in series])
+        colour = COLOURS[kind % len(COLOURS)]
+        drawn = axes.errorbar(
+            model[own],
+            people[own],
+            xerr=across[:, own],
+            yerr=along[:, own],
+            fmt="o",
+            label=shorten(name),
+            markersize=6,
+            markeredgecolor="white",
+            color=colour,
+            ecolor=colour,
+            elinewidth=1,
+        )
+        for bars in drawn[2]:
+            bars.set(alpha=0.35, zorder=1)
     axes.set(xlim=(-0.03 * scale, 1.03 * scale), ylim=(-0.03 * scale, 1.03 * scale), aspect="equal")
     axes.set_xlabel("the fitted audience")
     axes.set_ylabel(f"people ({len(report.fitted.study.people)})")
-    asked = {cell.question for cell in cells}
-    question = shorten(asked.pop()) if len(asked) == 1 else f"{len(asked)} questions"
-    axes.set_title(f"{question}\nr = {r:.3f}, RMSE = {rmse:.3g}", fontsize=10)
+    if 1 < len(kinds) <= len(COLOURS):
+        figure.legend(loc="outside lower center", fontsize=8, frameon=False)
+    questions = {cell.question for cell in cells}
+    asked = shorten(cells[0].question) if len(questions) == 1 else f"{len(questions)} questions"
+    axes.set_title(f"{asked}\nr = {r:.3f}, RMSE = {rmse:.3g}", fontsize=10)
     axes.spines[["top", "right"]].set_visible(False)
     if len(cells) <= MOST_NAMED:
         figure.draw_without_rendering()  # places are known from then on
-        _name(axes, model, people, _short(tuple(cell.script for cell in cells)))
+        _name(axes, model, people, _names(cells))
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=150)
+
+
+def _series(cell: Cell) -> str:
+    """What points of one colour have in common."""
+    if cell.label is not None:
+        return f"{cell.question}: {cell.label}"
+    return (
+        cell.question if cell.other is None else f"{cell.question}, the first rather than the other"
+    )
 
 
 def _name(axes: Axes, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
     """Writes names beside points where there is room; what would cover another one is left out."""
     points = axes.transData.transform(np.column_stack([x, y]))
-    radius = 6.0
+    radius, frame = 6.0, axes.get_window_extent()
     taken = [Bbox([point - radius, point + radius]) for point in points]
     for number, name in enumerate(names):
         others = [box for other, box in enumerate(taken) if other != number]
@@ -83,21 +109,37 @@ def _name(axes: Axes, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
                 verticalalignment=up,
             )
             box = text.get_window_extent()
-            if not any(box.overlaps(other) for other in others):
+            inside = box.x0 >= frame.x0 and box.y0 >= frame.y0 and box.y1 <= frame.y1
+            if inside and not any(box.overlaps(other) for other in others):
                 taken.append(box)
                 break
             text.remove()
 
 
-def _short(names: tuple[str, ...]) -> list[str]:
-    """Names without what all of them begin and end with."""
-    plain = [Path(name).name for name in names]
-    if len(set(plain)) < 2:
-        return plain
-    first, last = min(plain), max(plain)
-    begin = next(i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b)
-    first, last = min(p[::-1] for p in plain), max(p[::-1] for p in plain)
-    ends = (i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b)
-    end = next(ends, 0)
-    short = [name[begin : len(name) - end] for name in plain]
-    return short if all(short) else plain
+def _names(cells: tuple[Cell, ...]) -> list[str]:
+    """What tells points apart: the script, of two films both, and which of several frames."""
+    paths = {path for cell in cells for path in (cell.script, cell.other) if path is not None}
+    short = _short(sorted(paths))
+    frames = {(cell.script, cell.frame) for cell in cells}
+    found = []
+    for cell in cells:
+        name = short[cell.script]
+        if cell.other is not None:
+            name += f" | {short[cell.other]}"
+        # One of several that were asked about the script.
+        several = sum(script == cell.script for script, _ in frames) > 1
+        found.append(f"{name} @ {cell.frame}" if several else name)
+    return found
+
+
+def _short(paths: list[str]) -> dict[str, str]:
+    """Paths without the folders and endings that all of them share."""
+    plain = [Path(path).as_posix() for path in paths]
+    if len(plain) < 2:
+        return {path: Path(path).stem for path in paths}
+    split = [re.split(r"(?<=[/_. -])", path) for path in plain]
+    first = next(i for i, parts in enumerate(zip_longest(*split)) if len(set(parts)) > 1)
+    split = [re.split(r"(?=[/_. -])", "".join(parts[first:]))[::-1] for parts in split]
+    last = next(i for i, parts in enumerate(zip_longest(*split)) if len(set(parts)) > 1)
+    short = ["".join(parts[last:][::-1]) for parts in split]
+    return dict(zip(paths, short if all(short) else plain, strict=True))

@@ -42,12 +42,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Cell:
-    """A question about a script: how many were asked, the mean of their answers with a 90 %
-    interval by the bootstrap, and that of the model with the posterior's interval."""
+    """A question about a script, or about two: how many were asked, the mean of their answers with
+    a 90 % interval by the bootstrap, and that of the model with the posterior's interval. Of two
+    scripts it is the share of those who chose the first, of a choice that of a `label`."""
 
     script: str
+    other: str | None
     question: str
     frame: int
+    label: str | None
     count: int
     people: float
     people_low: float
@@ -155,8 +158,8 @@ class Report:
 
     @cached_property
     def _predicted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """For some draws the mean of each row's answer, and log P(answer | all the others), [M, R]
-        each, and how likely each way of planning is for whom, [M, N, G]."""
+        """For some draws what is expected of each row, [M, R, K], log P(answer | all the others),
+        [M, R], and how likely each way of planning is for whom, [M, N, G]."""
         fitted = self.fitted
         model, asked, nodes = fitted.model, fitted.study.asked, fitted.nodes
         group, _ = model.groups(asked)
@@ -168,7 +171,7 @@ class Report:
             weights = jax.nn.softmax(together, axis=0)
             own = together[:, group]
             without = jax.nn.logsumexp(own, axis=0) - jax.nn.logsumexp(own - logs, axis=0)
-            return (weights[:, group] * means).sum(0), without, weights
+            return (weights[:, group, None] * means).sum(0), without, weights
 
         found = once(lambda draws: jax.lax.map(one, draws), self.some)
         means, logs, weights = map(np.asarray, found)
@@ -182,25 +185,32 @@ class Report:
 
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
-        """The questions that were answered on a slider."""
+        """What was asked, beside what was answered."""
         study = self.fitted.study
         means, asked, scale = self._predicted[0], study.asked, study.scale
         generator = np.random.default_rng(0)
         found = []
-        for number, (script, question, frame) in enumerate(study.labels):
-            rows = np.flatnonzero((asked.cell[:, 0] == number) & (asked.options == 0))
-            if not len(rows):
-                continue
-            answers = asked.answer[rows] * scale
-            again = generator.choice(answers, (2000, len(rows))).mean(1)
-            model = means[:, rows].mean(1) * scale
-            figures = (
-                answers.mean(),
-                *np.percentile(again, INTERVAL),
-                model.mean(),
-                *np.percentile(model, INTERVAL),
-            )
-            found.append(Cell(script, question, frame, len(rows), *map(float, figures)))
+        for rows in study.alike:
+            first = study.judgements[rows[0]]
+            labels: list[str | None] = [None]
+            shares = asked.answer[rows][:, None]
+            if asked.options[rows[0]] > 0:
+                labels = list(study.labels_of(first))
+                shares = asked.answer[rows][:, None] == np.arange(len(labels))
+            where = [study.labels[cell] for cell in asked.cell[rows[0]]]
+            other = where[1][0] if first.other is not None else None
+            again = generator.integers(len(rows), size=(2000, len(rows)))
+            for number, label in enumerate(labels):
+                answers = scale * shares[:, number]
+                model = scale * means[:, rows, number].mean(1)
+                figures = (
+                    answers.mean(),
+                    *np.percentile(answers[again].mean(1), INTERVAL),
+                    model.mean(),
+                    *np.percentile(model, INTERVAL),
+                )
+                told = (where[0][0], other, first.question, where[0][2], label, len(rows))
+                found.append(Cell(*told, *map(float, figures)))
         return tuple(found)
 
     @property

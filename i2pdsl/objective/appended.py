@@ -19,7 +19,7 @@ def worth_a_table(world: World, tables: Any, turns: tuple[ty.Turn, ...]) -> bool
     A search scores an appended turn after every candidate, far more often than there are states,
     so it is, unless the table is too big.
     """
-    if not turns:
+    if not (turns and world.lists_states):
         return False
     size = 4 * len(world.all_states(tables)) * world.log_prior(tables).size * len(turns)
     return size * len(world.vocabulary.characters) <= MOST_SUFFIX_BYTES

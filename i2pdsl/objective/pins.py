@@ -59,8 +59,8 @@ def still_to_break(pins: Pins, number: Array, state: Array) -> Array:
 
 
 def pinned(story: TypedStory, world: World) -> Pins | None:
-    """The tables of a story whose actions can be listed; None where nothing is pinned."""
-    if not story.pins or not story.vocabulary.enumerable:
+    """The tables of a story in a world whose states are listed; None where nothing is pinned."""
+    if not (story.pins and world.lists_states):
         return None
     turns = turns_of(world, world.events(story.allow))
     missed = {pin.span.start: turns.missed(pin.condition) for pin in story.pins}

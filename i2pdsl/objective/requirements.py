@@ -35,16 +35,18 @@ beliefs do, and little enough for its steps."""
 def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
     """A term for each requirement: 1 from where on a script has broken it for good.
 
-    Where bodies move, which is searched along gradients, how much it misses it by; and the pins
-    there, which elsewhere have tables of their own (pins.py).
+    Where bodies move, which is searched along gradients, how much it misses it by. And the pins,
+    where there are no tables for them (pins.py).
     """
     conditions = [r.condition for r in story.requirements]
-    if not story.vocabulary.enumerable:
+    if not world.lists_states:
         conditions += [pin.condition for pin in story.pins]
+    if not story.vocabulary.enumerable:
         missed_by = {p.name: p.missed_by for p in story.vocabulary.predicates.values()}
         verdicts = _Verdicts(story.length, None, missed_by)
         return [(-SHORTFALL, verdicts.shortfall(c, True)) for c in conditions]
-    verdicts = _Verdicts(story.length, world.events(story.allow))
+    events = world.events(story.allow) if world.lists_states else None
+    verdicts = _Verdicts(story.length, events)
     one, zero = ty.Constant(1.0), ty.Constant(0.0)
     return [(-VIOLATION, ty.Apply("choose", (verdicts.broken(c), one, zero))) for c in conditions]
 

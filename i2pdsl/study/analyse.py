@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.fit.judgements import OTHER
 from i2pdsl.study.analysis import LEVEL, Share, flipped
 from i2pdsl.study.answers import Answers
 from i2pdsl.study.people import FAILED, PARTIAL, Collected
@@ -147,8 +148,8 @@ def joined(collected: Collected, folder: Path) -> dict[str, list[Any]]:
     film is, and what the tables have in further columns."""
     study, pairs = collected.answers.study, collected.answers.study.question.kind == PAIR
     more = list(dict.fromkeys(name for row in collected.rows for name in row.more))
-    told = ("participant", "script", "other", "frame", "question", "answer", "condition", "method")
-    names = [name for name in told if pairs or name != "other"]
+    told = ("participant", "script", OTHER, "frame", "question", "answer", "condition", "method")
+    names = [name for name in told if pairs or name != OTHER]
     names += ["seed", "right", *(name for name in more if name not in (*names, "seed", "right"))]
     found: dict[str, list[Any]] = {name: [] for name in names}
     rows = zip(collected.rows, collected.items, collected.folders, strict=True)
@@ -159,7 +160,7 @@ def joined(collected: Collected, folder: Path) -> dict[str, list[Any]]:
             answer = round(100 * float(row.answer), 6)
         cells = dict(row.more) | {
             "participant": row.participant,
-            "script": path(row.script),
+            **{column: path(name) for column, name in row.scripts},
             "frame": "T" if row.frame is None else row.frame,
             "question": row.question,
             "answer": answer,
@@ -168,8 +169,6 @@ def joined(collected: Collected, folder: Path) -> dict[str, list[Any]]:
             "seed": item.films[0].seed,
             "right": item.right,
         }
-        if pairs:
-            cells["other"] = path(row.more["other"])
         for name in names:
             found[name].append(cells.get(name, ""))
     return found

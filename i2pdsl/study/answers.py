@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.fit.judgements import FIRST, OTHER, SECOND
 from i2pdsl.study.films import Films
 from i2pdsl.study.panel import (
     Viewer,
@@ -25,10 +26,8 @@ from i2pdsl.study.panel import (
 )
 from i2pdsl.study.spec import (
     CHOICE,
-    FIRST,
     HIGH,
     PAIR,
-    SECOND,
     SLIDER,
     Film,
     Item,
@@ -86,14 +85,14 @@ class Answers:
     def columns(self, script_of: Callable[[Film], str]) -> dict[str, list[Any]]:
         """The table. `script_of` gives the path of a film's script as it stands there."""
         asked = self.study.question
-        question = f"P({asked.event} | script[:T])" if asked.kind == SLIDER else self.study.name
+        question = asked.believed(asked.event) if asked.kind == SLIDER else self.study.name
         found: dict[str, list[Any]] = {name: [] for name in ("participant", "script")}
         if asked.kind == PAIR:
-            found["other"] = []
+            found[OTHER] = []
         found |= {name: [] for name in ("frame", "question", "answer")}
         for p, i in zip(*np.nonzero(~np.isnan(self.given)), strict=True):
             value, films = self.given[p, i], self.items[i].films
-            for name, film in zip(("script", "other"), films, strict=False):
+            for name, film in zip(("script", OTHER), films, strict=False):
                 found[name].append(script_of(film))
             found["participant"].append(self.participants[p])
             found["frame"].append(LAST)

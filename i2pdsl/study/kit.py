@@ -20,7 +20,7 @@ from string import Template
 from typing import Any
 
 from i2pdsl.errors import Diagnostic, Span, StoryError
-from i2pdsl.fit.judgements import read_table
+from i2pdsl.fit.judgements import SECOND, read_table
 from i2pdsl.language.statements import read_source
 from i2pdsl.render.alone import Alone
 from i2pdsl.render.film_page import as_json, one_script, part
@@ -29,7 +29,7 @@ from i2pdsl.render.pictures import drawing_for
 from i2pdsl.resources import write_text
 from i2pdsl.scripts import Script
 from i2pdsl.study.deal import dealt
-from i2pdsl.study.spec import CHOICE, HIGH, PAIR, SECOND, Film, Item, Study
+from i2pdsl.study.spec import CHOICE, HIGH, PAIR, SLIDER, Film, Item, Study
 
 LISTS = 240  # of which each participant is dealt one
 USUAL = 40  # films to a participant, at most
@@ -159,9 +159,7 @@ def asked_as(study: Study) -> str:
     """What stands in the column `question` of a study's answers: an expression that `i2p fit`
     takes, or the name of the study, where labels are chosen."""
     asked = study.question
-    if asked.kind != "slider":
-        return study.name
-    return f"P({asked.event} | script[:T])"
+    return asked.believed(asked.event) if asked.kind == SLIDER else study.name
 
 
 def _answers(study: Study) -> dict[str, Any]:
@@ -259,27 +257,20 @@ def read_key(path: Path) -> dict[str, Film]:
 
 
 def fit_options(study: Study) -> str:
-    """How `i2p fit` is told what the answers mean; empty where it cannot read them."""
+    """How `i2p fit` is told what the answers mean."""
     asked = study.question
+    assumed = f'--assume "{asked.assume}"'
     if asked.kind == PAIR:
-        return ""
+        return f'--pair "{asked_as(study)}:{asked.believed(asked.event)}" {assumed}'
     if asked.kind != CHOICE:
-        return "--scale 100"
-    belief = lambda event: f"P({event} | script[:T])"
-    sure = [f"{a.name}={belief(a.event)}" for a in study.answers if a.event]
+        return f"--scale 100 {assumed}"
+    sure = [f"{a.name}={asked.believed(a.event)}" for a in study.answers if a.event]
     unsure = [f"{a.name}=1 / {len(sure) + 1}" for a in study.answers if not a.event]
-    return f'--choice "{asked_as(study)}:{";".join([*sure, *unsure])}"'
+    return f'--choice "{asked_as(study)}:{";".join([*sure, *unsure])}" {assumed}'
 
 
 def _read_me(study: Study, minutes: int) -> str:
     fit = fit_options(study)
-    told = "`i2p fit` asks about one film at a time: it does not read\n   answers to pairs.\n"
-    if fit:
-        told = (
-            "It writes all answers as one table, answers.csv.\n"
-            "   The audience that these people are:\n\n"
-            f"    i2p fit answers.csv {fit} -o people.toml\n"
-        )
     return f"""\
 {study.title}: a study for people, made by `i2p study --kit`.
 
@@ -293,4 +284,8 @@ def _read_me(study: Study, minutes: int) -> str:
 
     i2p study {study.path.name} --analyse .
 
-   (with the path of the study's file). {told}"""
+   (with the path of the study's file). It writes all answers as one table, answers.csv.
+   The audience that these people are:
+
+    i2p fit answers.csv {fit} -o people.toml
+"""

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, StoryError, error, first_of, shorten, whole_file
-from i2pdsl.fit.judgements import Choice, Judgement, read_judgements
+from i2pdsl.fit.judgements import Choice, Judgement, Named, Pair, read_judgements
 from i2pdsl.study.answers import Answers
 from i2pdsl.study.kit import asked_as, read_key
-from i2pdsl.study.spec import FIRST, PAIR, SECOND, SLIDER, Film, Item, Study
+from i2pdsl.study.spec import Film, Item, Study
 
 KEY = "key.csv"
 CELL = ("condition", "method", "seed")  # columns that tell what a film is, without a key
@@ -101,12 +101,14 @@ def collect(study: Study, tables: Sequence[Path], known: Known, keep_all: bool) 
 
 
 def _read(study: Study, table: Path) -> tuple[Judgement, ...]:
-    kind = study.question.kind
-    asked, scale, choices = asked_as(study), 100, {}
-    if kind != SLIDER:
-        labels = (FIRST, SECOND) if kind == PAIR else tuple(a.name for a in study.answers)
-        choices = {asked: Choice(dict.fromkeys(labels, ""))}
-    found = read_judgements(table, scale, asked, choices)
+    asked, scale = asked_as(study), 100
+    named: Named = {}
+    match study.question.kind:
+        case "choice":
+            named = {asked: Choice(dict.fromkeys((a.name for a in study.answers), ""))}
+        case "pair":
+            named = {asked: Pair("")}
+    found = read_judgements(table, scale, asked, named)
     message = f"the study asks `{asked}`"
     wrong = [row.wrong("question", message) for row in found if row.question != asked]
     if wrong:
@@ -135,12 +137,9 @@ class _Finder:
     def item(self, row: Judgement) -> tuple[Item, bool]:
         """What was shown, and whether a pair stood the other way round."""
         nothing = self.study.items[0], False
-        films = [self.film(row, "script")]
-        if self.study.question.kind == PAIR:
-            if not row.more.get("other"):
-                self.problem(row, "script", "a pair needs a column `other`, the second script")
-                return nothing
-            films.append(self.film(row, "other"))
+        films = [self.film(row, "script", row.script)]
+        if row.other is not None:
+            films.append(self.film(row, "other", row.other))
         shown = tuple(film for film in films if film is not None)
         if len(shown) < len(films):
             return nothing
@@ -151,8 +150,7 @@ class _Finder:
         self.problem(row, "script", f"the study does not show {named}")
         return nothing
 
-    def film(self, row: Judgement, column: str) -> Film | None:
-        name = row.script if column == "script" else row.more[column]
+    def film(self, row: Judgement, column: str, name: str) -> Film | None:
         if Path(name).stem in self.key:
             return self.key[Path(name).stem]
         told = [row.more.get(each, "") for each in CELL]

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from i2pdsl.errors import Span
+from i2pdsl.fit.judgements import FIRST
 from i2pdsl.untrusted import plain_name
 
 CHOICE, SLIDER, PAIR = KINDS = ("choice", "slider", "pair")
 HIGH, LOW = "high", "low"  # the sides of a slider
-FIRST, SECOND = "first", "second"  # of a pair
 MAXIMUM, MATCHING = RULES = ("maximum", "matching")
 WORLD, EVEN = PRIORS = ("world", "even")
 STORY = "story"  # the method of a study that names none
@@ -90,6 +90,10 @@ class Question:
     throughout: bool
     assume: str
     spans: Mapping[str, Span] = field(compare=False, repr=False, default_factory=dict)
+
+    def believed(self, event: str) -> str:
+        """How much of an event a viewer believes, as an expression about what he saw."""
+        return f"mean_t P({event} | script[:t])" if self.throughout else f"P({event} | script[:T])"
 
 
 @dataclass(frozen=True)

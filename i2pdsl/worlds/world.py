@@ -4,7 +4,7 @@ that one compiled program serves all worlds of the same shape."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, NoReturn, Protocol
@@ -20,6 +20,9 @@ from i2pdsl.worlds.hypotheses import goal_of, via_of
 
 Array = Any
 Tables = Any
+Part = tuple[frozenset[int], Callable[[np.ndarray], np.ndarray]]
+"""What a `start` asks: the characters and things that it asks about, and whether it holds in states
+[S], wherever the others are."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +84,12 @@ class World(Protocol):
     def weak_chances(self) -> tuple[float, ...]:
         """The success probabilities of the weak characters."""
 
-    def starts(self, points: Sequence[Point] = ()) -> np.ndarray:
+    def starts(self, points: Sequence[Point] = (), parts: Sequence[Part] = ()) -> np.ndarray:
         """All initial states; objective/starts.py leaves those that fulfil a `start`.
 
         Args:
             points: that the `start` names, where bodies move: anybody may begin there, too.
+            parts: what it asks; where states cannot be listed, some of those that fulfil it.
         """
 
     @property
@@ -136,6 +140,10 @@ class World(Protocol):
 
     def all_states(self, tables: Tables) -> Array:
         """Every state, [S]."""
+
+    @property
+    def lists_states(self) -> bool:
+        """Whether there are tables with a row for each state."""
 
     def act(self, tables: Tables, state: Array, turn: Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
@@ -336,6 +344,7 @@ class ContinuousWorld:
     weak_chances: tuple[float, ...] = ()
     rows_are_scaled = keeps_doubt = False
     lists_hypotheses = True
+    lists_states = False
     turn_count = event_slots = 0
 
     @property

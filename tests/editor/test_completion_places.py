@@ -187,7 +187,7 @@ def test_exactly_these_words_are_offered(place: str) -> None:
 
 
 OF_KITCHEN = (
-    "goal move stay end gamma level0 forgetting switching horizon method at_once hypotheses"
+    "goal move stay end gamma level0 forgetting switching horizon method at_once states hypotheses"
 )
 IN_WORLDS = {
     "world kitchen(¦": "beta " + OF_KITCHEN,

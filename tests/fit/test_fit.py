@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from worlds_for_tests import with_small_world
 
 QUESTION = "P(rho > 0 | script[:t])"
 TRUTH = {"sharpness": 1.5, "noise": 0.8, "bias": -0.4, "slope": 0.8, "lapse": 0.03}
-PEOPLE = 12
+PEOPLE, SCRIPTS = 12, 6
 
 
 @pytest.fixture(scope="module")
@@ -32,49 +33,67 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def simulated(folder: Path, truth: dict[str, float], seed: int) -> Path:
-    """A table of what PEOPLE who are all alike would answer."""
-    generator = np.random.default_rng(seed)
-    rows = []
-    for number in range(6):
+def believed(folder: Path, sharpness: float) -> np.ndarray:
+    """What a viewer believes after each frame of the scripts, [6, T + 1]."""
+    found = []
+    for number in range(SCRIPTS):
         script = i2pdsl.Script.load(folder / f"{number}.json")
-        sharper = f"bayesian(sharpness = {truth['sharpness']}, forgetting = 0.001)"
-        text = f"world small\nlength 5\naudience {sharper}\nmaximize depict(rho > 0)\n"
-        (folder / "seen.story").write_text(text)
-        document = json.loads((folder / f"{number}.json").read_text())
-        document["story"]["source"] = text
-        (folder / "seen.json").write_text(json.dumps(document))
-        beliefs = i2pdsl.Script.load(folder / "seen.json").query(QUESTION)
-        assert not np.allclose(beliefs, script.query(QUESTION))
-        for frame in (1, 2, 3, 5):
-            odds = np.log(beliefs[frame] / (1 - beliefs[frame]))
-            for person in range(PEOPLE):
-                noise = generator.logistic() * truth["noise"] * np.sqrt(3) / np.pi
-                answer = 1 / (1 + np.exp(-(truth["bias"] + truth["slope"] * odds + noise)))
-                if generator.random() < truth["lapse"]:
-                    answer = generator.random()
-                rows.append((f"person {person}", f"{number}.json", frame, round(100 * answer)))
+        sharper = f"bayesian(sharpness = {sharpness}, forgetting = 0.001)"
+        found.append(script.query(QUESTION, audience=sharper))
+        assert not np.allclose(found[-1], script.query(QUESTION))
+    return np.array(found)
+
+
+def simulated(
+    folder: Path, truth: dict[str, float], seed: int, frames: tuple[int, ...], pairs: bool
+) -> Path:
+    """A table of what PEOPLE who are all alike would answer, about scripts after each of `frames`
+    on a slider, and about which of two says more."""
+    generator = np.random.default_rng(seed)
+    beliefs = believed(folder, truth["sharpness"])
+    odds = np.log(beliefs / (1 - beliefs))
+    rows: list[tuple[object, ...]] = []
+    for number, frame, person in product(range(SCRIPTS), frames, range(PEOPLE)):
+        noise = generator.logistic() * truth["noise"] * np.sqrt(3) / np.pi
+        placed = truth["bias"] + truth["slope"] * odds[number, frame] + noise
+        answer = 1 / (1 + np.exp(-placed))
+        if generator.random() < truth["lapse"]:
+            answer = generator.random()
+        told = (f"person {person}", f"{number}.json", "", frame, QUESTION, round(100 * answer))
+        rows.append(told)
+    for (one, other), person in product(combinations(range(SCRIPTS), 2), range(PEOPLE)):
+        if not pairs:
+            break
+        apart = truth["slope"] * (odds[one, -1] - odds[other, -1])
+        chosen = generator.random() < 1 / (1 + np.exp(-apart))
+        if generator.random() < truth["lapse"]:
+            chosen = generator.random() < 0.5
+        both = [f"{one}.json", f"{other}.json"]
+        if generator.random() < 0.5:  # they stood either way round
+            both, chosen = both[::-1], not chosen
+        told = (f"person {person}", *both, "T", "more", "first" if chosen else "second")
+        rows.append(told)
     path = folder / f"table-{seed}.csv"
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("participant", "script", "frame", "answer"))
+        writer.writerow(("participant", "script", "other", "frame", "question", "answer"))
         writer.writerows(rows)
     return path
 
 
 @pytest.fixture(scope="module")
 def fitted(folder: Path) -> tuple[Outcome, Path]:
-    table = simulated(folder, TRUTH, 0)
+    table = simulated(folder, TRUTH, 0, (2, 5), pairs=True)
     out = folder / "people.toml"
-    given = ("--question", QUESTION, "--scale", "100", "--chains", "2", "--draws", "60")
+    given = ("--scale", "100", "--chains", "2", "--warmup", "60", "--draws", "60")
     baseline = ("--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t")
-    baseline = (*baseline, "--against", "hypotheses=literal")
-    given = (*given, *baseline, "--warmup", "100", "--vary", "nothing", "--json")
-    return process("fit", table, "-o", out, *given), out
+    given = (*given, *baseline, "--vary", "nothing", "--fix", "forgetting=0.001", "--json")
+    return process("fit", table, "-o", out, "--pair", f"more:{QUESTION}", *given), out
 
 
 def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
-    """Within four standard deviations of the posterior, which a wrong model misses by far."""
+    """Within four standard deviations of the posterior, which a wrong model misses by far; from
+    sliders and pairs."""
     done, _ = fitted
     told = json.loads(done.out)
     assert done.status == (0 if told["converged"] else 1)
@@ -85,11 +104,15 @@ def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
         assert abs(each["mean"] - value) < 4 * spread + 0.02, (name, each)
     prior = sum(told["estimates"][f"P(rho = {v})"]["mean"] for v in (-3, -1, 0, 1, 3))
     assert prior == pytest.approx(1)
-    assert told["r"] > 0.97
-    assert told["rmse"] < 8
+    assert told["r"] > 0.95
+    assert told["rmse"] < 14
     assert told["loo"]["loo"] < -100
-    assert 0.8 < told["predictive"]["within_90"] < 0.99
-    assert (told["people"], told["answers"], len(told["cells"])) == (PEOPLE, 288, 24)
+    assert 0.8 < told["predictive"]["within_90"] <= 1
+    assert (told["people"], told["answers"]) == (PEOPLE, PEOPLE * (2 * SCRIPTS + 15))
+    cells = told["cells"]
+    assert [cell["other"] is None for cell in cells] == [True] * 12 + [False] * 15
+    pair = cells[12]
+    assert (pair["script"], pair["other"], pair["count"]) == ("0.json", "1.json", PEOPLE)
 
 
 def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path) -> None:
@@ -97,10 +120,11 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
     done, out = fitted
     told = json.loads(done.out)
     (person,) = read_people(out)
-    assert person.sharpness == pytest.approx(told["estimates"]["sharpness"]["mean"], rel=0.1)
     data = arviz.from_netcdf(out.with_suffix(".nc"))
+    logs = np.log(data.posterior["sharpness"].values)
+    assert person.sharpness == pytest.approx(np.exp(logs.mean()), rel=1e-3)
     assert data.posterior["sharpness"].shape == (2, 60)
-    assert data.log_likelihood["answer"].shape[-1] == 288
+    assert data.log_likelihood["answer"].shape[-1] == told["answers"]
     assert out.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
     text = 'world small\nlength 3\naudience "people.toml"\nmaximize depict(rho > 0)\n'
     (folder / "to-people.story").write_text(text)
@@ -110,9 +134,8 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
 
 def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Path]) -> None:
     told = json.loads(fitted[0].out)["comparison"]
-    assert {one["name"] for one in told} == {"this audience", "hypotheses=literal", "cues"}
-    first, second = told[0], told[-1]
-    assert second["name"] == "cues"
+    assert [one["name"] for one in told] == ["this audience", "cues"]
+    first, second = told
     assert first["difference"] == 0
     assert second["difference"] == pytest.approx(first["loo"] - second["loo"])
     assert second["difference"] > 2 * second["se"] > 0
@@ -135,8 +158,8 @@ def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Pat
 )
 def test_questions_that_cannot_be_asked(folder: Path, row: str, place: str, said: str) -> None:
     from i2pdsl.errors import StoryError
-    from i2pdsl.fit.fit import study
     from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.fit.questions import study
 
     (folder / "wrong.csv").write_text(f"participant,script,frame,question,answer\n{row}\n")
     with pytest.raises(StoryError) as caught:
@@ -160,6 +183,9 @@ def test_questions_that_cannot_be_asked(folder: Path, row: str, place: str, said
         (("--fix", "bias"), 2, "is not NAME=VALUE"),
         (("--vary", "moods"), 2, "'moods' is none of"),
         (("--choice", "why"), 2, "is not NAME:LABEL=EXPR"),
+        (("--pair", "more"), 2, "is not NAME:EXPR"),
+        (("--assume", "rh > 0"), 1, "assume:1:1: error[unknown-name]: unknown name `rh`"),
+        (("--pair", "a:T", "--choice", "a:b=T;c=T"), 2, "a name is given twice"),
     ],
 )
 def test_options_that_mean_nothing(
@@ -172,12 +198,65 @@ def test_options_that_mean_nothing(
     assert said in done.err
 
 
+def test_pairs_that_cannot_be_asked(folder: Path) -> None:
+    """Both films are looked at, and a question is told where it stands."""
+    from i2pdsl.errors import StoryError
+    from i2pdsl.fit.judgements import Pair, read_judgements
+    from i2pdsl.fit.questions import study
+
+    named = {"more": Pair(QUESTION), "odd": Pair("P(rh > 0 | script[:t])")}
+    rows = (
+        "a,0.json,no.json,T,more,first\na,0.json,1.json,9,more,first\na,0.json,1.json,T,odd,first\n"
+    )
+    (folder / "wrong.csv").write_text(f"participant,script,other,frame,question,answer\n{rows}")
+    with pytest.raises(StoryError) as caught:
+        study(read_judgements(folder / "wrong.csv", named=named), folder, named=named)
+    told = str(caught.value)
+    for place, said in (
+        ("2:10", "this script cannot be read"),
+        ("3:17", "the script has 5 frames"),
+        ("4:19", "unknown name `rh`"),
+    ):
+        assert f"wrong.csv:{place}: error[judgement]: {said}" in told
+
+
+def test_which_film_stood_first_does_not_matter(folder: Path) -> None:
+    from i2pdsl.fit.judgements import Pair, read_judgements
+    from i2pdsl.fit.questions import study
+
+    named = {"more": Pair("mean_t P(rho > 0 | script[:t])")}
+    rows = ("0.json,1.json,T,first", "1.json,0.json,T,second", "1.json,0.json,T,first")
+    lines = [f"p{number},{row},more" for number, row in enumerate(rows)]
+    head = "participant,script,other,frame,answer,question"
+    (folder / "turned.csv").write_text("\n".join([head, *lines]))
+    asked = study(read_judgements(folder / "turned.csv", named=named), folder, named=named).asked
+    assert asked.answer.tolist() == [1, 1, 0]
+    assert len(np.unique(asked.cell, axis=0)) == 1
+
+
+@pytest.mark.slow
+def test_audiences_are_compared(folder: Path) -> None:
+    """Viewers who think literally of all hypotheses explain answers of others no better; all from
+    choices and pairs alone, for which sliders' parameters are not fitted."""
+    table = simulated(folder, TRUTH, 99, (), pairs=True)
+    given = ("--pair", f"more:{QUESTION}", "--vary", "nothing", "--chains", "2", "--json")
+    done = process("fit", table, *given, "--against", "hypotheses=literal")
+    told = json.loads(done.out)
+    assert {one["name"] for one in told["comparison"]} == {"this audience", "hypotheses=literal"}
+    assert not {"noise", "bias"} & set(told["estimates"])
+    for name in ("sharpness", "slope", "lapse"):
+        each = told["estimates"][name]
+        spread = (each["high"] - each["low"]) / 3.3
+        assert abs(each["mean"] - TRUTH[name]) < 4 * spread + 0.02, (name, each)
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_at_their_rate(folder: Path) -> None:
     """Of 20 simulated tables with parameters drawn from what is thought of them beforehand, 90 %
     intervals hold them 90 times in 100: between 76 and 99 of 100 figures."""
-    from i2pdsl.fit.fit import fit, study
-    from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.fit.fit import fit
+    from i2pdsl.fit.judgements import Pair, read_judgements
+    from i2pdsl.fit.questions import study
     from i2pdsl.fit.report import Report
 
     held = []
@@ -190,9 +269,10 @@ def test_intervals_hold_the_truth_at_their_rate(folder: Path) -> None:
             "slope": float(np.exp(generator.normal(0, 0.5))),
             "lapse": float(1 / (1 + np.exp(-generator.normal(-3, 1)))),
         }
-        table = simulated(folder, truth, seed)
+        table = simulated(folder, truth, seed, (1, 2, 3, 5), pairs=seed % 2 == 0)
         with computing():
-            people = study(read_judgements(table, 100.0, QUESTION), folder, 100.0)
+            named = {"more": Pair(QUESTION)}
+            people = study(read_judgements(table, 100.0, None, named), folder, 100.0, named)
             given = {"forgetting": 0.001}
             found = fit(people, fixed=given, varies=(), chains=2, warmup=200, draws=200, seed=seed)
             estimates = Report(found).estimates

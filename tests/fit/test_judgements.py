@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from i2pdsl.errors import StoryError
-from i2pdsl.fit.judgements import Choice, Judgement, read_judgements, repeated
+from i2pdsl.fit.judgements import Choice, Judgement, Pair, read_judgements, repeated
 
 HEAD = "participant,script,frame,question,answer\n"
 
@@ -31,7 +31,7 @@ def test_a_table_is_read(tmp_path: Path) -> None:
 def test_columns_may_be_left_out_and_stand_in_any_order(tmp_path: Path) -> None:
     text = "answer,who,participant,script\r\n50,x,ann,a.json\r\n"
     (found,) = read_judgements(table(tmp_path, text), scale=100, question="P(rho > 0)")
-    assert found == Judgement("ann", "a.json", None, "P(rho > 0)", 0.5, {"who": "x"})
+    assert found == Judgement("ann", "a.json", None, "P(rho > 0)", 0.5, None, {"who": "x"})
 
 
 @pytest.mark.parametrize("sign", [";", "\t"])
@@ -54,10 +54,33 @@ def test_a_choice_is_answered_by_a_label(tmp_path: Path) -> None:
     choices = {"why": Choice({"help": "P(rho > 0)", "hinder": "P(rho < 0)"})}
     rows = "ann,a.json,1,why,help\nben,a.json,1,why,hnder\n"
     with pytest.raises(StoryError, match="`hnder` is none of the choices") as caught:
-        read_judgements(table(tmp_path, HEAD + rows), choices=choices)
+        read_judgements(table(tmp_path, HEAD + rows), named=choices)
     assert "did you mean `hinder`?" in str(caught.value)
-    (found,) = read_judgements(table(tmp_path, HEAD + rows.split("ben")[0]), choices=choices)
+    (found,) = read_judgements(table(tmp_path, HEAD + rows.split("ben")[0]), named=choices)
     assert found.answer == "help"
+
+
+def test_of_two_films_one_is_chosen(tmp_path: Path) -> None:
+    """Rows about two films stand beside others; what is wrong with them is told at its cell."""
+    named = {"more": Pair("E[rho | script[:T]]"), "why": Choice({"a": "T", "b": "1"})}
+    head = HEAD.replace("frame", "other,frame")
+    rows = "ann,a.json,b.json,T,more,second\nann,a.json,,T,q,1\n"
+    pair, slider = read_judgements(table(tmp_path, head + rows), named=named)
+    assert pair == Judgement("ann", "a.json", None, "more", "second", "b.json")
+    assert list(pair.scripts) == [("script", "a.json"), ("other", "b.json")]
+    assert (slider.other, slider.answer) == (None, 1.0)
+    rows = "ann,a,b,T,more,secnd\nann,a,,T,more,first\nann,a,b,T,why,first\nann,a,b,T,q,0.5\n"
+    with pytest.raises(StoryError) as caught:
+        read_judgements(table(tmp_path, head + rows), named=named)
+    for place, said in (
+        ("2:16", "`secnd` is neither `first` nor `second`"),
+        ("3:7", "`more` is about two films"),
+        ("4:7", "`why` is a choice among events"),
+        ("5:13", "`0.5` is neither"),
+    ):
+        assert f"table.csv:{place}: error[table]: " in str(caught.value)
+        assert said in str(caught.value)
+    assert "did you mean `second`?" in str(caught.value)
 
 
 @pytest.mark.parametrize(

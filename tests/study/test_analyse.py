@@ -155,8 +155,8 @@ def test_from_tables_to_a_report_and_on_to_fit(
 ) -> None:
     """What a panel answered is read again as if people had; `i2p fit` reads the joined table."""
     from i2pdsl.commands.fit import _choice
-    from i2pdsl.fit.fit import study as read_by_fit
     from i2pdsl.fit.judgements import read_judgements
+    from i2pdsl.fit.questions import study as read_by_fit
 
     arguments = ("study", place / "tiny.study", "--out", place / "out")
     before = json.loads(i2p(*arguments, "--json").out)
@@ -187,9 +187,10 @@ def test_from_tables_to_a_report_and_on_to_fit(
             == f"films/{row['condition']}/{row['method']}/seed-{row['seed']}/script.json"
         )
     option = fit_options(load_study(place / "tiny.study"))
-    name, choice = _choice(option.removeprefix('--choice "').removesuffix('"'))
+    assert option.endswith('" --assume "nothing"')
+    name, choice = _choice(option.removeprefix('--choice "').removesuffix('" --assume "nothing"'))
     assert list(choice.options) == ["helping", "hindering", "unclear"]
-    judgements = read_judgements(told["files"]["answers"], choices={name: choice})
+    judgements = read_judgements(told["files"]["answers"], named={name: choice})
     fitted = read_by_fit(judgements, place / "out", 1.0, {name: choice})
     assert len(fitted.asked.answer) == 96
     words = i2p("study", place / "tiny.study", "--out", place / "out", "--analyse", table)
@@ -211,8 +212,10 @@ def test_a_key_of_pairs_and_sliders_tells_how_fit_reads(tmp_path: Path) -> None:
     from i2pdsl.errors import Source
 
     hill = load_study(Path(__file__).parents[2] / "studies" / "hill.study")
-    assert fit_options(hill) == ""
+    assert (
+        fit_options(hill) == '--pair "hill:mean_t P(weight = 0.5 | script[:t])" --assume "nothing"'
+    )
     text = 'study\ncondition a\n    right = high\n    story = "a.story"\n'
     text += 'question\n    ask = "?"\n    kind = slider\n    event = "rho > 0"\n'
     slider = parse_study(Source("s.study", text), tmp_path / "s.study")
-    assert fit_options(slider) == "--scale 100"
+    assert fit_options(slider) == '--scale 100 --assume "nothing"'

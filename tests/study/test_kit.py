@@ -17,8 +17,8 @@ import pytest
 
 from browser_for_tests import chromium  # noqa: F401
 from i2pdsl import cli
-from i2pdsl.fit.fit import study as study_of_fit
 from i2pdsl.fit.judgements import Choice, read_judgements
+from i2pdsl.fit.questions import study as study_of_fit
 from i2pdsl.study.kit import fit_options, read_key
 from i2pdsl.study.parse import load_study
 from i2pdsl.study.people import collect
@@ -232,9 +232,9 @@ def test_by_keyboard_from_the_first_page_to_a_table_that_is_read(
     assert all(float(row["seconds"]) >= 1 and row["plays"] == "1" for row in rows)
     table = folder / "tiny" / "answers.csv"
     table.write_text(there.text * 2, encoding="utf-8")  # two tables, one behind the other
-    _, _, labels = fit_options(load_study(folder / "tiny.study"))[:-1].partition(":")
+    _, _, labels = fit_options(load_study(folder / "tiny.study")).split('"')[1].partition(":")
     choice = Choice(dict(label.split("=", 1) for label in labels.split(";")))
-    judgements = read_judgements(table, choices={"tiny": choice})
+    judgements = read_judgements(table, named={"tiny": choice})
     study = load_study(folder / "tiny.study")
     found = collect(study, [table], lambda path: None, keep_all=True)
     assert (found.twice, found.answers.participants) == (4, ("ann1",))

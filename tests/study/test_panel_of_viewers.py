@@ -90,7 +90,7 @@ def test_beliefs_throughout_are_means_over_frames(films: Films, place: Path) -> 
             believed > 0.505 if item.group == "help" else believed < 0.495
         )
     rows = answers.columns(lambda film: film.place)
-    assert rows["question"][0] == "P(rho > 0 | script[:T])"
+    assert rows["question"][0] == asked
 
 
 def test_answers_are_a_table_that_fit_reads(films: Films, place: Path) -> None:
@@ -100,7 +100,7 @@ def test_answers_are_a_table_that_fit_reads(films: Films, place: Path) -> None:
     columns = answers.columns(lambda film: films.name(film, place / "out"))
     path.write_text(as_csv(columns), encoding="utf-8")
     choice = Choice(dict.fromkeys(answers.names, "1"))
-    read = read_judgements(path, choices={"tiny": choice})
+    read = read_judgements(path, named={"tiny": choice})
     assert len(read) == answers.given.size == 6 * 16
     assert (path.parent / read[0].script).is_file()
     assert read[0].answer == answers.names[int(answers.given[0, 0])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from random import Random
 
@@ -124,3 +125,23 @@ def test_it_is_nearer_to_exact_plans_than_sums_are() -> None:
         errors.append([np.abs(told[0] - other).mean() for other in told[1:]])
     additive, around = np.mean(errors, axis=0)
     assert around < additive / 2
+
+
+def test_around_computed_states_all_is_as_around_listed_ones() -> None:
+    """The same scripts, the same part, in another order of its ends at most."""
+    crowd, paths = world("additive"), scripts(2, 3)
+    spec = crowd.spec.with_settings({"states": "computed"})
+    computed = build_world(spec)
+    number = computed.dynamics.state_of(crowd.dynamics.cells)
+    renamed = [replace(path, states=number[path.states]) for path in paths]
+    found = subject.around(computed, (Viewer(spec),), renamed)
+    assert found is not None
+    (part, told), (other, others) = found, part_of(paths)
+    cells, theirs = part.dynamics.cells, other.dynamics.cells
+    order, back = np.lexsort(cells.T), np.lexsort(theirs.T)
+    assert (cells[order] == theirs[back]).all()
+    for who in range(2):
+        ours = part.tables.continuation[who][order]
+        np.testing.assert_allclose(ours, other.tables.continuation[who][back], atol=3e-3)
+    for path, twin in zip(told, others, strict=True):
+        assert (cells[path.states] == theirs[twin.states]).all()

@@ -4,6 +4,7 @@ a transcription with dictionaries, loops and plain recursion."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 from itertools import product
 
@@ -14,15 +15,17 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.replay import replay
 from i2pdsl.scripts import make_record
 from i2pdsl.worlds.grid import model
-from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
+from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
 from i2pdsl.worlds.inferred import inferred_turns
 from i2pdsl.worlds.positions import read_positions
 from i2pdsl.worlds.record import empty, extended
 from i2pdsl.worlds.world import Viewer
+from worlds_for_tests import as_computed
 
 WORLD = """
 map
@@ -202,11 +205,14 @@ def states_of(world: GridWorld) -> list[State]:
     return found
 
 
+@pytest.mark.parametrize("listed_by", [build_dynamics, as_computed])
 @pytest.mark.parametrize("boxes", [1, 2])
-def test_walls_pulls_and_like_boxes_are_as_they_are_told(boxes: int) -> None:
+def test_walls_pulls_and_like_boxes_are_as_they_are_told(
+    boxes: int, listed_by: Callable[[GridSpec], Dynamics]
+) -> None:
     spec = world_of(("blue", "red"), False, boxes, 1).spec
     assert set(spec.walls) == WALLS
-    dynamics = build_dynamics(spec)
+    dynamics = listed_by(spec)
     world = assemble(spec, dynamics, (Viewer(spec),), [solve(spec, dynamics)])
     states = states_of(world)
     assert len(states) == len(set(states)) == spec.state_count == 6 * 5 * math.comb(4, boxes)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 import pytest
 
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.model import action_values
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import state_as_json
 from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world
+from worlds_for_tests import as_computed
 
 TEXT = """
 map
@@ -79,8 +81,9 @@ def moved(ann: tuple[int, int], bob: tuple[int, int], who: str, action: str):
     return (target, bob) if who == "ann" else (ann, target)
 
 
-def test_all_moves_are_those_of_the_rules() -> None:
-    dynamics = build_dynamics(spec())
+@pytest.mark.parametrize("listed_by", [build_dynamics, as_computed])
+def test_all_moves_are_those_of_the_rules(listed_by: Callable[[GridSpec], Dynamics]) -> None:
+    dynamics = listed_by(spec())
     places = [state_as_json(spec(), dynamics, s) for s in range(dynamics.state_count)]
     states = [(tuple(p["ann"]), tuple(p["bob"])) for p in places]
     for number, state in enumerate(states):

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import pytest
+
 from i2pdsl.errors import Source
-from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.spec import GridSpec
+from worlds_for_tests import as_computed
 
 TEXT = """
 map
@@ -43,9 +49,12 @@ def effect(state: State, who: str, action: str) -> State:
     return state | {who: to, met: beyond} if is_pushed else state
 
 
-def test_all_moves_of_three_are_those_of_the_rules() -> None:
+@pytest.mark.parametrize("listed_by", [build_dynamics, as_computed])
+def test_all_moves_of_three_are_those_of_the_rules(
+    listed_by: Callable[[GridSpec], Dynamics],
+) -> None:
     spec = parse_world(Source("cell.world", TEXT), "cell")
-    dynamics = build_dynamics(spec)
+    dynamics = listed_by(spec)
     names = [c.name for c in spec.characters]
     states = [
         dict(zip(names, map(tuple, dynamics.coordinates[cells].tolist()), strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -15,10 +16,11 @@ from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.pictures import stage_of
 from i2pdsl.render.grid.stage import describe
 from i2pdsl.scripts import Script
-from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import state_as_json
 from i2pdsl.worlds.grid.spec import GridSpec
+from worlds_for_tests import as_computed
 
 TEXT = """
 map
@@ -106,9 +108,10 @@ def moved(state: dict, who: str, action: str) -> dict:
     return after | {who: list(there)}
 
 
-def test_all_moves_are_those_of_the_rules() -> None:
+@pytest.mark.parametrize("listed_by", [build_dynamics, as_computed])
+def test_all_moves_are_those_of_the_rules(listed_by: Callable[[GridSpec], Dynamics]) -> None:
     spec = spec_of()
-    dynamics = build_dynamics(spec)
+    dynamics = listed_by(spec)
     states = [state_as_json(spec, dynamics, s) for s in range(dynamics.state_count)]
     cells = [list(cell) for cell in spec.free_cells]
     hands = ["ann", "bob"]

@@ -17,8 +17,10 @@ from i2pdsl.planning.problem import Problem
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Tables, continued
 from i2pdsl.worlds.grid.cost import SWEEP_SECONDS
-from i2pdsl.worlds.grid.dynamics import Dynamics
+from i2pdsl.worlds.grid.dynamics import Dynamics, listed
+from i2pdsl.worlds.grid.following import successors
 from i2pdsl.worlds.grid.method import planned
+from i2pdsl.worlds.grid.packed import States
 from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -29,6 +31,7 @@ from i2pdsl.worlds.world import Viewer
 EXACT = 1e-3  # of values: a probability is then right to about as much
 MOST_MOVES = 1  # of things, away from where they are in a script
 PATIENCE = 60.0  # seconds of planning
+AT_ONCE = 1 << 16  # states whose successors are computed together
 SWEEPS = 5  # for each 1 / (1 - gamma): where something ends, values settle more slowly
 
 
@@ -50,7 +53,7 @@ def around(
     else:
         return None
     states = arrangements(spec, dynamics, placed)
-    part, numbers = cut_out(dynamics, states)
+    part, numbers = cut_out(spec, dynamics, world.tables, states)
     plans = {}
     for viewer in viewers:
         key = viewer.spec.planning_key
@@ -75,7 +78,7 @@ def _seconds(world: GridWorld, states: int) -> float:
 
 
 def placements(
-    spec: GridSpec, dynamics: Dynamics, walks: np.ndarray, states: np.ndarray, moves: int
+    spec: GridSpec, dynamics: States, walks: np.ndarray, states: np.ndarray, moves: int
 ) -> np.ndarray:
     """The cells [n, things] of the things in some states, or so that so many moves of one of them
     by one cell lead there.
@@ -84,7 +87,7 @@ def placements(
         walks: [N, N], the steps from each cell to each.
     """
     count = len(spec.characters)
-    placed = np.unique(dynamics.cells[states][:, count:].astype(np.int64), axis=0)
+    placed = np.unique(dynamics.cells_of(states)[:, count:].astype(np.int64), axis=0)
     for _ in range(moves):
         found = [placed]
         for thing in range(placed.shape[1]):
@@ -97,43 +100,43 @@ def placements(
     return placed
 
 
-def arrangements(spec: GridSpec, dynamics: Dynamics, placed: np.ndarray) -> np.ndarray:
+def arrangements(spec: GridSpec, dynamics: States, placed: np.ndarray) -> np.ndarray:
     """All states in which the things stand so, and the characters anywhere; sorted."""
     count, free = len(spec.characters), range(len(spec.free_cells))
-    anywhere = np.stack(np.meshgrid(*(free,) * count, indexing="ij"), axis=-1)
-    codes = anywhere.reshape(-1, count) @ dynamics.strides[:count]
-    every = dynamics.find((codes[:, None] + placed @ dynamics.strides[count:]).reshape(-1))
-    return np.unique(every[every >= 0])
+    anywhere = np.stack(np.meshgrid(*(free,) * count, indexing="ij"), axis=-1).reshape(-1, count)
+    found = []
+    for things in placed:
+        cells = np.concatenate([anywhere, np.tile(things, (len(anywhere), 1))], axis=1)
+        every = dynamics.state_of(cells)
+        found.append(every[every >= 0])
+    return np.unique(np.concatenate(found))
 
 
-def cut_out(dynamics: Dynamics, states: np.ndarray) -> tuple[Dynamics, np.ndarray]:
-    """Some states as a world of their own, and the numbers [L] of its states: first these, then
-    those that they lead to, from which nothing leads on."""
-    ends = np.unique(np.concatenate([s[:, states].reshape(-1) for s in dynamics.successor]))
+def cut_out(
+    spec: GridSpec, dynamics: States, tables: Tables, states: np.ndarray
+) -> tuple[Dynamics, np.ndarray]:
+    """Some states, sorted, as a world of their own, and the numbers [L] of its states: first these,
+    then those that they lead to, from which nothing leads on."""
+    pieces = range(0, len(states), AT_ONCE)
+    after = [
+        np.concatenate([successors(tables, who, states[i : i + AT_ONCE]) for i in pieces]).T
+        for who in range(len(spec.characters))
+    ]
+    ends = np.unique(np.concatenate([each.reshape(-1) for each in after]))
     numbers = np.concatenate([states, np.setdiff1d(ends, states)])
-    local = np.full(dynamics.state_count + 1, -1, dtype=np.int32)  # the last one for invalid ones
-    local[numbers] = np.arange(len(numbers), dtype=np.int32)
-    within = np.arange(len(numbers)) < len(states)
+    order = np.argsort(numbers)
+    local = lambda there: order[np.searchsorted(numbers, there, sorter=order)].astype(np.int32)
+    every = np.arange(len(numbers), dtype=np.int32)
     successor = tuple(
-        np.where(within, local[after[:, numbers]], np.arange(len(numbers), dtype=np.int32))
-        for after in dynamics.successor
+        np.concatenate([local(each), np.tile(every[len(states) :], (len(each), 1))], axis=1)
+        for each in after
     )
-    kept = local[dynamics.states] >= 0
-    return Dynamics(
-        dynamics.cells[numbers],
-        local[dynamics.lookup],
-        dynamics.strides,
-        successor,
-        dynamics.coordinates,
-        dynamics.known[kept],
-        local[dynamics.states[kept]],
-        dynamics.spots,
-    ), numbers
+    return listed(spec, dynamics.cells_of(numbers), successor), numbers
 
 
 def solve_around(
     spec: GridSpec,
-    dynamics: Dynamics,
+    dynamics: States,
     plan: Plan,
     part: Dynamics,
     numbers: np.ndarray,

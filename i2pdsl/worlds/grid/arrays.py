@@ -22,7 +22,8 @@ class Tables(NamedTuple):
     """The numbers of a world under one or several observers.
 
     Attributes:
-        cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py.
+        cells [S, E], lookup, strides [E], successor, for each character [A, S]: see dynamics.py;
+            None, and no successors, where states are computed.
         spots [C]: the column of `cells` with which `goals` are looked up, see dynamics.py.
         coordinates [M, 2]: (column, row) of each cell; the rows from N on stand for no cell.
         absent []: the cell number of a thing that is not there, N.
@@ -49,6 +50,7 @@ class Tables(NamedTuple):
             nobody holds particles.
         terms: for each character, of what its values are the sum, where they are additive: then
             `continuation` holds [R, P], the values of all sub-worlds one below the other.
+        packed: how states are computed, where they are not listed.
     """
 
     cells: Array
@@ -75,6 +77,7 @@ class Tables(NamedTuple):
     policies: tuple[Array, ...] | None = None
     swarms: tuple[SwarmTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
+    packed: Packed | None = None
 
 
 class Terms(NamedTuple):
@@ -89,6 +92,59 @@ class Terms(NamedTuple):
     rows: Array
     first: Array
     sign: Array
+
+
+class Packed(NamedTuple):
+    """How states are numbers that tell cells, and what follows them (packed.py).
+
+    Attributes:
+        radix [E]: how many places each entity has; the last one's digit is the lowest.
+        places [E, most]: the cell of each digit.
+        digits [E, M]: what each cell adds to the number.
+        absent []: the cell number of a thing that is not there.
+        rules: what each character can do.
+        alike [E - 1]: whether an entity and the next one are told apart only by their cells; None
+            where all are.
+    """
+
+    radix: Array
+    places: Array
+    digits: Array
+    absent: Array
+    rules: tuple[Rules, ...]
+    alike: Array
+
+
+class Rules(NamedTuple):
+    """What a character's A actions do, None where nothing does such a thing; cells are -1 where
+    there is none.
+
+    Attributes:
+        target [N + 1, A]: the cell to which it goes; its own where it stays.
+        others [E]: who is not itself.
+        beyond [N + 1, A]: the cell to which what stands on the target is pushed.
+        pushes, takes, opens [A, E]: whether what stands on the target is pushed, taken or opened.
+        keys [E, E]: which doors open to who has which things.
+        behind [N + 1, A]: the cell from which something is pulled.
+        pulls [E], is_pull [A]: what it pulls, and by which actions.
+        aside [N + 1, A]: the cell onto which it puts something.
+        puts [n]: what it puts down, the first first.
+        holders [n, C]: who carries each of these.
+    """
+
+    target: Array
+    others: Array
+    beyond: Array
+    pushes: Array
+    takes: Array
+    opens: Array
+    keys: Array
+    behind: Array
+    pulls: Array
+    is_pull: Array
+    aside: Array
+    puts: Array
+    holders: Array
 
 
 class Against(NamedTuple):
@@ -111,11 +167,45 @@ class Against(NamedTuple):
     success: tuple[Array | None, ...]
 
 
+def looked_up(table: Array, index: Array) -> Array:
+    """`table[index]`, of numbers that are in it."""
+    if not hasattr(table, "at"):
+        return table[index]
+    return table.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
+
+
+def cells_of(packed: Packed, state: Array) -> Array:
+    """The cells [..., E] in computed states."""
+    left, found = state, []
+    for entity in range(len(packed.radix) - 1, -1, -1):
+        radix = packed.radix[entity]
+        found.append(looked_up(packed.places[entity], left % radix if entity else left))
+        left = left // radix
+    return namespace(packed.radix).stack(found[::-1], axis=-1)
+
+
+def state_of(packed: Packed, cells: Array) -> Array:
+    """The numbers of computed states with such cells [..., E]."""
+    return sum(looked_up(part, cells[..., e]) for e, part in enumerate(packed.digits))
+
+
+def cells_at(tables: Tables, here: Array) -> Array:
+    """The cells [..., E] in some arrangements, and what follows them (dynamics.py)."""
+    return tables.cells[here] if tables.packed is None else cells_of(tables.packed, here)
+
+
+def cell_of(tables: Tables, here: Array, entity: Any) -> Array:
+    """The cell of an entity in some arrangements, [...]."""
+    if tables.packed is None:
+        return tables.cells[here, entity]
+    return cells_at(tables, here)[..., entity]
+
+
 def at_goal(tables: Tables, who: int, here: Array) -> Array:
     """Whether a character counts as being at its goal in an arrangement, in each of its problems:
     [..., P]."""
-    spot = tables.cells[here, tables.spots[who]]
-    return namespace(tables.cells).moveaxis(tables.goals[who][:, spot], 0, -1)
+    spot = cell_of(tables, here, tables.spots[who])
+    return namespace(tables.coordinates).moveaxis(tables.goals[who][:, spot], 0, -1)
 
 
 def arrangement(tables: Tables, state: Array) -> Array:
@@ -124,19 +214,23 @@ def arrangement(tables: Tables, state: Array) -> Array:
 
 
 def state_count(tables: Tables) -> int:
-    """How many states there are; with a horizon, in all frames."""
+    """How many states are listed; with a horizon, in all frames."""
     return len(tables.cells if tables.terms is not None else tables.continuation[0])
 
 
 def continued(tables: Tables, who: int, state: Array) -> Array:
     """W(s) of every planning problem: [..., P]."""
-    table = tables.continuation[who]
     if tables.terms is None:
-        return table[state]
+        return tables.continuation[who][state]
+    return summed_terms(tables, who, cells_at(tables, state))
+
+
+def summed_terms(tables: Tables, who: int, cells: Array) -> Array:
+    """W(s) of every planning problem as a sum, where entities stand in such cells [..., E]."""
+    assert tables.terms is not None
     rows, first, sign = tables.terms[who]
-    cells = tables.cells[state]
-    row = first + sum(part[cells[..., entity]] for entity, part in enumerate(rows))
-    return (table[row] * sign[:, None]).sum(-2)
+    row = first + sum(looked_up(part, cells[..., e]) for e, part in enumerate(rows))
+    return (looked_up(tables.continuation[who], row) * sign[:, None]).sum(-2)
 
 
 def padded(tables: Tables) -> Tables:
@@ -144,12 +238,30 @@ def padded(tables: Tables) -> Tables:
 
     No number of a real state or cell leads to what is added.
     """
-    states, cells = padded_size(len(tables.cells), 8192), padded_size(len(tables.coordinates), 128)
+    cells = padded_size(len(tables.coordinates), 128)
     along = lambda axis, size: lambda a: _lengthened(a, axis, size)
+    if tables.packed is None:
+        states = padded_size(len(tables.cells), 8192)
+        tables = tables._replace(
+            cells=along(0, states)(tables.cells),
+            lookup=_lengthened_lookup(tables.lookup),
+            successor=tuple(map(along(1, states), tables.successor)),
+        )
+    else:
+        by_cell = ("target", "beyond", "behind", "aside")
+        packed = tables.packed
+        longer = lambda table: None if table is None else along(0, cells)(table)
+        rules = (
+            r._replace(**{name: longer(getattr(r, name)) for name in by_cell}) for r in packed.rules
+        )
+        tables = tables._replace(
+            packed=packed._replace(
+                places=along(1, cells)(packed.places),
+                digits=along(1, cells)(packed.digits),
+                rules=tuple(rules),
+            )
+        )
     return tables._replace(
-        cells=along(0, states)(tables.cells),
-        lookup=along(0, padded_size(len(tables.lookup), 8192))(tables.lookup),
-        successor=tuple(map(along(1, states), tables.successor)),
         coordinates=along(0, cells)(tables.coordinates),
         ground=along(0, cells)(tables.ground),
         continuation=tuple(
@@ -159,6 +271,14 @@ def padded(tables: Tables) -> Tables:
         and tuple(t._replace(rows=along(1, cells)(t.rows)) for t in tables.terms),
         goals=tuple(along(1, padded_size(g.shape[1], 128))(g) for g in tables.goals),
     )
+
+
+def _lengthened_lookup(lookup: np.ndarray) -> np.ndarray:
+    """Longer, without numbers that are asked for; a list of those that there are stays sorted."""
+    size = padded_size(lookup.shape[-1], 8192)
+    if lookup.ndim == 1:
+        return _lengthened(lookup, 0, size)
+    return np.pad(lookup, [(0, 0), (0, size - lookup.shape[-1])], mode="maximum")
 
 
 def _lengthened(array: np.ndarray, axis: int, size: int) -> np.ndarray:

@@ -68,6 +68,15 @@ class Dynamics:
         place = np.minimum(np.searchsorted(self.known, codes), len(self.known) - 1)
         return np.where(self.known[place] == codes, self.states[place], -1)
 
+    @property
+    def sorted_numbers(self) -> np.ndarray:
+        """`known` and `states`, one above the other: [2, K]."""
+        return np.stack([self.known, self.states.astype(self.known.dtype)])
+
+    def state_of(self, cells: np.ndarray) -> np.ndarray:
+        """The states of arrangements [..., E + marks]; -1 where one is invalid."""
+        return self.find(cells @ self.strides[: cells.shape[-1]])
+
     def cells_of(self, state: Array) -> np.ndarray:
         """The cells [..., E] in some states, whatever their frames."""
         found: np.ndarray = self.cells[state % len(self.cells)]
@@ -89,19 +98,16 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
     coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
     count, entities = len(coordinates), len(spec.entities) + len(spec.marks)
     strides = spec.place_count ** np.arange(entities - 1, -1, -1, dtype=np.int64)
-    neighbour = _neighbours(spec, count)
+    neighbour = neighbours(spec)
     cells = _in_reach(spec, neighbour, strides) if spec.is_limited else _arrangements(spec, count)
     states = np.arange(len(cells), dtype=np.int32)
-    orders = [cells[:, order].astype(np.int64) @ strides for order in _orders(spec)]
     lookup = np.full(0 if spec.is_sparse else spec.arrangement_count, -1, dtype=np.int32)
     known, numbers = np.zeros(0, dtype=np.int64), states[:0]
     if spec.is_sparse:
-        every = np.concatenate(orders)
-        sorted_ = np.argsort(every)
-        known, numbers = every[sorted_], np.tile(states, len(orders))[sorted_]
+        known, numbers = _numbered(spec, cells, strides)
     else:
-        for codes in orders:
-            lookup[codes] = states
+        for order in _orders(spec):
+            lookup[cells[:, order].astype(np.int64) @ strides] = states
     more, spots = _marked_cells(spec, cells)
     strides = np.concatenate([strides, np.zeros(more.shape[1], dtype=strides.dtype)])
     cells = np.concatenate([cells, more.astype(cells.dtype)], axis=1)
@@ -115,6 +121,27 @@ def build_dynamics(spec: GridSpec) -> Dynamics:
         )
     )
     return replace(plain, successor=successor)
+
+
+def _numbered(
+    spec: GridSpec, cells: np.ndarray, strides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers of arrangements in each order of those that are alike, sorted, and their
+    states."""
+    orders = _orders(spec)
+    every = np.concatenate([cells[:, order].astype(np.int64) @ strides for order in orders])
+    by_number = np.argsort(every)
+    states = np.tile(np.arange(len(cells), dtype=np.int32), len(orders))
+    return every[by_number], states[by_number]
+
+
+def listed(spec: GridSpec, cells: np.ndarray, successor: tuple[np.ndarray, ...]) -> Dynamics:
+    """Some arrangements [S, E] of a world without marks, and what follows them, as its states."""
+    coordinates = np.array(spec.free_cells, dtype=np.int64).reshape(-1, 2)
+    strides = spec.place_count ** np.arange(cells.shape[1] - 1, -1, -1, dtype=np.int64)
+    known, states = _numbered(spec, cells, strides)
+    lookup, spots = np.zeros(0, dtype=np.int32), np.arange(len(spec.characters))
+    return Dynamics(cells, lookup, strides, successor, coordinates, known, states, spots)
 
 
 def _marked_cells(spec: GridSpec, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -192,7 +219,9 @@ Neighbours = Mapping[str, np.ndarray]
 not the way; the last is that of no cell."""
 
 
-def _neighbours(spec: GridSpec, count: int) -> Neighbours:
+def neighbours(spec: GridSpec) -> Neighbours:
+    """Where each action leads from each cell of a map."""
+    count = len(spec.free_cells)
     number = {cell: i for i, cell in enumerate(spec.free_cells)}
     walls = set(spec.walls)
     ways = {cell: tile.one_way for tile in spec.tiles if tile.one_way for cell in tile.cells}
@@ -306,12 +335,12 @@ def _successors(
             possible &= ~met | free
             index += np.where(met & free, (beyond - target) * strides[other], 0)
         if action in PULLS:  # it goes one cell, and what stands behind it comes to where it was
-            behind = _behind(neighbour[action])[own]
+            back = behind(neighbour[action])[own]
             held = np.zeros(len(cells), dtype=bool)
             for other in pulled:
-                follows = (cells[:, other] == behind) & (behind >= 0)
+                follows = (cells[:, other] == back) & (back >= 0)
                 held |= follows
-                index += np.where(follows, (own - behind) * strides[other], 0)
+                index += np.where(follows, (own - back) * strides[other], 0)
             possible &= held
         result[row] = np.where(possible, index, base)
     return _with_marks(spec, result, strides)
@@ -337,7 +366,7 @@ def _put(
     return change
 
 
-def _behind(neighbour: np.ndarray) -> np.ndarray:
+def behind(neighbour: np.ndarray) -> np.ndarray:
     """The cell [N + 1] from which an action leads to each, -1 where there is none."""
     found = np.full(len(neighbour), -1)
     cells = np.flatnonzero(neighbour >= 0)

@@ -12,6 +12,7 @@ from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid import cost
 from i2pdsl.worlds.grid.additive import SubWorld, sub_worlds, summed
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
+from i2pdsl.worlds.grid.packed import States, computed, number_count
 from i2pdsl.worlds.grid.planning import (
     LARGEST_INDEX,
     SMALLER,
@@ -32,6 +33,9 @@ from i2pdsl.worlds.kind import Approximation
 PATIENCE_TO_JUDGE = 120.0  # seconds of planning to judge scripts by
 FEW = 10_000  # states for which plans are exact however many problems there are
 BRIEF = 8.0  # seconds of exact planning on a small copy
+MANY = 1_000_000  # states that are not listed where plans need no list
+
+EXACTLY = {"method": "exact", "states": "auto"}
 
 
 def at_once(spec: GridSpec) -> int | None:
@@ -53,17 +57,34 @@ def _fits(spec: GridSpec, most: int) -> bool:
     return additive_bytes(spec, most) <= memory_limit() and seconds <= cost.PATIENCE
 
 
+def is_computed(spec: GridSpec) -> bool:
+    """Whether additive planning leaves a world's states to be computed."""
+    asked = spec.settings.states
+    if asked == "auto":
+        return spec.state_count > MANY and number_count(spec) <= LARGEST_INDEX
+    return asked == "computed"
+
+
+def states_of(spec: GridSpec) -> States:
+    """The states of a world, listed or computed."""
+    if at_once(spec) is not None and is_computed(spec):
+        return computed(spec)
+    return build_dynamics(spec)
+
+
 def estimated_seconds(spec: GridSpec, keys: Keys | None = None) -> float:
     """How long exact planning takes, roughly."""
     return cost.planning_seconds(spec, sum(map(len, keys or problem_keys(spec))))
 
 
 def additive_bytes(spec: GridSpec, most: int) -> int:
-    """Memory that additive planning takes at its peak: the states and moves, listed, with their
-    copies for a search (measured); the values of all sub-worlds; and the largest one's planning."""
-    parts = _parts(spec, most)
-    listed = spec.state_count * (60 * len(spec.characters) + 6 * len(spec.entities) + 40)
-    listed += 12 * cost.listed_arrangements(spec)
+    """Memory that additive planning takes at its peak: the states and moves, where they are listed,
+    with their copies for a search (measured); the values of all sub-worlds; and the largest one's
+    planning."""
+    parts, listed = _parts(spec, most), 0
+    if not is_computed(spec):
+        listed = spec.state_count * (60 * len(spec.characters) + 6 * len(spec.entities) + 40)
+        listed += 12 * cost.listed_arrangements(spec)
     kept = sum(
         16 * part.spec.place_count ** len(part.spec.entities) * sum(map(len, part.keys))
         for part in parts
@@ -80,6 +101,11 @@ def check_size(spec: GridSpec) -> None:
         what = "somebody wants to go `via` a place" if spec.marks else what
         message = f"planning cannot be additive where {what}"
         raise error("planning", message, whole, "`method = exact`")
+    if spec.settings.states == "computed" and most is None:
+        message = "states can be computed only where planning is additive"
+        why = "with all of them at once plans are exact, and those list the states"
+        hint = "`method = additive`, with fewer characters and objects `at_once` than there are"
+        raise error("planning", f"{message}: {why}", whole, hint)
     if most is None:
         check_memory(spec, _what_fits(spec, spec.settings.at_once))
         return
@@ -90,12 +116,20 @@ def check_size(spec: GridSpec) -> None:
             f"take {needed / 2**30:.1f} GiB of memory, {available / 2**30:.1f} GiB are there"
         )
         raise error("too-large", message, whole, _what_fits(spec, most - 1) or SMALLER)
-    check_numbers(spec)
+    if not is_computed(spec):
+        check_numbers(spec)
+    elif number_count(spec) > LARGEST_INDEX:
+        message = (
+            f"the places of its characters and objects make {number_count(spec):,} numbers, more "
+            f"than can be computed with ({LARGEST_INDEX:,})"
+        )
+        raise error("too-large", message, whole, SMALLER)
 
 
 def _what_fits(spec: GridSpec, most: int) -> str | None:
     """An additive plan that would fit, with at most so many at once; None where there is none."""
-    if not is_plain(spec) or cost.listed_arrangements(spec) > LARGEST_INDEX:
+    too_many = not is_computed(spec) and cost.listed_arrangements(spec) > LARGEST_INDEX
+    if not is_plain(spec) or spec.marks or too_many:
         return None
     for fewer in range(min(most, len(spec.entities) - 1), 1, -1):
         needed = additive_bytes(spec, fewer)
@@ -126,14 +160,15 @@ def method_warnings(spec: GridSpec, where: str) -> tuple[Diagnostic, ...]:
 
 def planned(
     spec: GridSpec,
-    dynamics: Dynamics,
+    dynamics: States,
     report: Report | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Plan:
     """The plan of a world by its method, from the cache or made now. Raises StoryError."""
     most = at_once(spec)
     if most is None:
-        return load_or_plan(spec, lambda: dynamics, report, say)
+        assert isinstance(dynamics, Dynamics)
+        return load_or_plan(spec, partial(_same, dynamics), report, say)
     keys = problem_keys(spec)
     parts = sub_worlds(spec, keys, most)
     plans: dict[SubWorld, tuple[Dynamics, Plan]] = {}
@@ -171,7 +206,7 @@ def approximation(spec: GridSpec) -> Approximation | None:
     if small is not None:
         named = replace(small, name=f"a copy of {spec.name}")
         additive = named.with_settings({"method": "additive", "at_once": most})
-        copy = additive, named.with_settings({"method": "exact"})
+        copy = additive, named.with_settings(EXACTLY)
         size = f"a copy with {len(small.free_cells)} of {len(spec.free_cells)} cells"
     return Approximation(f"additive, {most} at once", closer, told, copy, size)
 
@@ -180,7 +215,7 @@ def _next(spec: GridSpec, most: int) -> tuple[GridSpec | None, str]:
     """A world with more planned for at once, and that in words; or why there is none."""
     more = most + 1
     if more >= len(spec.entities):
-        told, closer = "exact plans", spec.with_settings({"method": "exact"})
+        told, closer = "exact plans", spec.with_settings(EXACTLY)
         needed, seconds = estimated_bytes(spec), estimated_seconds(spec)
     else:
         told, closer = (

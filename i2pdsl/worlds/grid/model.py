@@ -21,17 +21,21 @@ lowest; then, for events, `turn_count` + e * slots + cell.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
+from i2pdsl.worlds.grid import following
 from i2pdsl.worlds.grid.arrays import (
     Against,
     Moves,
     Tables,
     arrangement,
     at_goal,
+    cell_of,
     continued,
     namespace,
 )
+from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
 from i2pdsl.worlds.grid.spec import STAY
 from i2pdsl.worlds.world import Branches
 
@@ -40,26 +44,26 @@ Array = Any
 
 def action_values(tables: Tables, who: int, state: Array) -> Array:
     """Q(s, a) of every planning problem: [..., A, P] (model.md, "Kitchen")."""
-    xp = namespace(tables.cells)
     here = arrangement(tables, state)
     on_goal = at_goal(tables, who, here)
-    cost = tables.cost[: len(tables.successor[who])]
-    ground = tables.ground[tables.cells[here, who]][..., None, None]
+    cost = tables.cost[: action_count(tables, who)]
+    ground = tables.ground[cell_of(tables, here, who)][..., None, None]
     reward = tables.reward * on_goal[..., None, :] + (cost[:, None] - ground)
     if tables.against is not None:
         return reward + _together_values(tables, tables.against[who][0], who, state)
-    after = xp.moveaxis(tables.successor[who][:, here], 0, -1)
-    if tables.layer is not None:
-        after = in_frame(state - here, after)
+    if tables.layer is None:
+        values = values_after(tables, who, here)
+    else:
+        after = successors(tables, who, here)
+        values = continued(tables, who, in_frame(state - here, after))
     p = tables.success[who]
-    value_of = lambda where: continued(tables, who, where)
-    expected = p * value_of(after) + (1 - p) * value_of(state)[..., None, :]
+    expected = p * values + (1 - p) * values[..., STAY : STAY + 1, :]  # who fails stays
     return reward + tables.gamma * expected
 
 
 def _together_values(tables: Tables, against: Against, who: int, state: Array) -> Array:
     """What one expects besides its own reward: the other's now, and what comes: [..., A, P]."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     other, here = 1 - who, arrangement(tables, state)
     ends = _joint(tables, here)[0] + (state - here)[..., None, None]
     future = tables.continuation[who][ends]  # [..., A_1, A_2, P]
@@ -75,7 +79,7 @@ def _together_values(tables: Tables, against: Against, who: int, state: Array) -
 
 def expected_of_other(tables: Tables, against: Against, other: int, state: Array) -> Array:
     """P(a | s) of the other in each of one's problems: [..., A, P]."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     if against.problem is None:
         return xp.broadcast_to(against.fixed, (*state.shape, *against.fixed.shape))
     scaled = against.beta * action_values(tables, other, state)
@@ -93,9 +97,9 @@ def others_reward(
     Args:
         policy: [..., A, P], of the other.
     """
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     cost = (policy * tables.cost[: policy.shape[-2], None]).sum(-2)
-    cost = cost - tables.ground[tables.cells[here, other]][..., None]
+    cost = cost - tables.ground[cell_of(tables, here, other)][..., None]
     if against.problem is None:
         return cost * 0
     goals = at_goal(tables, other, here)
@@ -105,11 +109,10 @@ def others_reward(
 def _joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
     """The arrangement after each pair of actions of two who act together, if both succeed, and
     whether the first and the second are moved by them: [..., A_1, A_2] each."""
-    xp = namespace(tables.cells)
-    one, two = tables.successor
-    first, second = xp.moveaxis(one[:, here], 0, -1), xp.moveaxis(two[:, here], 0, -1)
-    in_order = xp.moveaxis(two[:, first], 0, -1)  # [..., A_1, A_2]
-    in_turn = xp.moveaxis(one[:, second], 0, -2)
+    xp = namespace(tables.coordinates)
+    first, second = (successors(tables, who, here) for who in (0, 1))
+    in_order = successors(tables, 1, first)  # [..., A_1, A_2]
+    in_turn = xp.swapaxes(successors(tables, 0, second), -1, -2)
     waits = (first == here[..., None])[..., None]
     second, first = second[..., None, :], first[..., None]
     return (
@@ -128,7 +131,7 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
 
 def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s) of every planning problem: [..., A, P]."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
     return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
@@ -136,8 +139,8 @@ def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
 
 def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
     """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
-    xp = namespace(tables.cells)
-    count = len(tables.successor[who])
+    xp = namespace(tables.coordinates)
+    count = action_count(tables, who)
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
     every = xp.concatenate([log_probability, irrational], axis=-1)
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
@@ -149,7 +152,7 @@ def value(tables: Tables, who: int, state: Array) -> Array:
 
     0 under hypotheses in which the character is irrational; expectations exclude those.
     """
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     best = xp.max(action_values(tables, who, state), axis=-2)
     padded = xp.concatenate([best, xp.zeros_like(best[..., :1])], axis=-1)
     return padded[..., tables.columns[who]]
@@ -159,7 +162,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     """All joint turns from `state`, with what each hypothesis says of them."""
     if moves.together:
         return _turns_together(tables, moves, state)
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     here = arrangement(tables, state)
     frame, lead, count = state - here, here.ndim, len(moves.weak)
     # The place after each series of actions that succeed; failing leads where staying does.
@@ -182,7 +185,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
 
     for who in range(count):
         outcomes = moves.outcomes[who]
-        landed = xp.moveaxis(tables.successor[who][:, place], 0, -1)
+        landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
         row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
         moved = of_outcomes(landed != place[..., None])
@@ -204,7 +207,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
 
 def _turns_together(tables: Tables, moves: Moves, state: Array) -> Branches:
     """`turns` of two who act together."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     ends, *moved = _joint(tables, arrangement(tables, state))
     (acts, done), (acts2, done2) = (zip(*moves.outcomes[who], strict=True) for who in (0, 1))
     acts, acts2 = xp.asarray(acts)[:, None], xp.asarray(acts2)
@@ -233,12 +236,12 @@ def _later(tables: Tables, moves: Moves, state: Array, after: Array) -> Array:
     if tables.layer is None:
         return after
     frame = (state // tables.layer + 1)[..., None]
-    return after + tables.layer * namespace(tables.cells).minimum(frame, moves.frames - 1)
+    return after + tables.layer * namespace(tables.coordinates).minimum(frame, moves.frames - 1)
 
 
 def endings(tables: Tables, moves: Moves, state: Array) -> Array:
     """The states after each joint turn, [..., K]: `turns` without what anybody expects."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     here = arrangement(tables, xp.asarray(state))
     effects = [
         [action if ok else STAY for action, ok in moves.outcomes[who]]
@@ -250,7 +253,7 @@ def endings(tables: Tables, moves: Moves, state: Array) -> Array:
     else:
         ends = here[..., None]
         for who, acts in enumerate(effects):
-            moved = xp.moveaxis(tables.successor[who][:, ends], 0, -1)[..., acts]
+            moved = successors(tables, who, ends)[..., acts]
             ends = moved.reshape(*ends.shape[:-1], -1)
     return _later(tables, moves, xp.asarray(state), ends)
 
@@ -269,29 +272,15 @@ def _chance_of(xp: Any, done: Array, would: Array, p: Array) -> Array:
 
 
 def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
-    """The states after each event (every thing onto every cell) and whether it can happen.
-
-    Shapes [..., events * slots]. A thing falls only while it is absent, onto a free cell.
-    """
-    xp = namespace(tables.cells)
-    cells = xp.arange(moves.slots)
-    place = arrangement(tables, state)
-    here = tables.cells[place]
-    results, possible = [], []
-    for entity in moves.events:
-        code = (here * tables.strides).sum(-1)[..., None]
-        there = xp.where(cells < tables.absent, cells - tables.absent, 0)
-        after = tables.lookup[code + there * tables.strides[entity]]
-        absent = here[..., entity, None] == tables.absent
-        possible.append(absent & (cells < tables.absent) & (after >= 0))
-        results.append(xp.where(possible[-1], after, place[..., None]))
-    ends = _later(tables, moves, state, xp.concatenate(results, axis=-1))
-    return ends, xp.concatenate(possible, axis=-1)
+    """The states after each event (every thing onto every cell) and whether it can happen:
+    [..., events * slots] (following.py)."""
+    after, possible = following.drops(tables, moves, state)
+    return _later(tables, moves, state, after), possible
 
 
 def transition(tables: Tables, moves: Moves, state: Array, action: Array) -> Array:
     """The state after an action of the story (chance outcomes are part of the action)."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     _, after = steps(tables, moves, state, action)
     if tables.layer is not None:
         after = _later(tables, moves, state, after[..., None])[..., 0]
@@ -318,7 +307,7 @@ class Step(NamedTuple):
 
 def steps(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[list[Step], Array]:
     """What each character does in a turn, and the arrangement in which that ends."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     here = arrangement(tables, state)
     chosen = [decode(moves, who, action, xp) for who in range(len(moves.weak))]
     if moves.together:
@@ -326,7 +315,7 @@ def steps(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[li
     found: list[Step] = []
     for who, (act, success) in enumerate(chosen):
         before = found[-1].after if found else here
-        moved = tables.successor[who][act, before]
+        moved = successor(tables, who, act, before)
         found.append(Step(before, xp.where(success, moved, before), moved != before))
     return found, found[-1].after
 
@@ -335,17 +324,17 @@ def _steps_together(
     tables: Tables, here: Array, chosen: list[tuple[Array, Array]]
 ) -> tuple[list[Step], Array]:
     """`steps` of two who act together; as in `_joint`."""
-    xp = namespace(tables.cells)
-    one, two = tables.successor
+    xp = namespace(tables.coordinates)
+    one, two = (partial(successor, tables, who) for who in (0, 1))
     (act, success), (act2, success2) = chosen
     effect, effect2 = xp.where(success, act, STAY), xp.where(success2, act2, STAY)
-    first, second = one[effect, here], two[effect2, here]
-    in_order, in_turn = two[effect2, first], one[effect, second]
+    first, second = one(effect, here), two(effect2, here)
+    in_order, in_turn = two(effect2, first), one(effect, second)
     waits = first == here
-    would = (one[act, here] != here) | (one[act, second] != second)
+    would = (one(act, here) != here) | (one(act, second) != second)
     return [
         Step(xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
-        Step(first, xp.where(waits, second, in_order), two[act2, first] != first),
+        Step(first, xp.where(waits, second, in_order), two(act2, first) != first),
     ], xp.where(waits, in_turn, in_order)
 
 
@@ -378,7 +367,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
 
     An event is expected by nobody and explained by nothing: its rows are 0.
     """
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     states = chosen_at(tables, moves, state, action)
     rows = []
     for who in range(len(moves.weak)):
@@ -395,7 +384,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
 
 def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
     """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
-    xp = namespace(tables.cells)
+    xp = namespace(tables.coordinates)
     states = chosen_at(tables, moves, state, action)
     is_turn = (action < moves.turn_count)[..., None, None]
     rows = []
@@ -418,7 +407,7 @@ def alternatives(
     return tuple(
         (
             log_policy(tables, who, states[who]),
-            decode(moves, who, action, namespace(tables.cells))[0],
+            decode(moves, who, action, namespace(tables.coordinates))[0],
         )
         for who in range(len(moves.weak))
     )

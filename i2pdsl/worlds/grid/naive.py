@@ -7,6 +7,7 @@ import numpy as np
 
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import arrangement
+from i2pdsl.worlds.grid.following import successor
 from i2pdsl.worlds.grid.world import GridWorld
 
 _TIE = 1e-9
@@ -38,7 +39,7 @@ def naive_rollout(
             else:
                 act = int(np.argmax(values[:, column] >= values[:, column].max() - _TIE))
             here = arrangement(tables, seen)
-            after = int(world.dynamics.successor[who][act, here])
+            after = int(successor(tables, who, np.asarray(act), np.asarray(here)))
             is_sure = after == here and not moves.together
             success = is_sure or bool(generator.random() < character.success)
             chosen.append((act, success))

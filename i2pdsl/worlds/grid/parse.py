@@ -55,6 +55,7 @@ TOGETHER = "together"
 MOST_CHARACTERS = 4
 MOST_OF_ALL = 10**12  # hypotheses, of which viewers hold some
 METHODS = ("auto", "exact", "additive")
+STATES = ("auto", "listed", "computed")
 MOST_AT_ONCE = 12
 MOST_ALIKE = 8  # things of a kind: the table of arrangements has each of their orders
 _LARGEST = 1e6  # of rewards and attitudes
@@ -722,6 +723,7 @@ SETTING_WORDS: dict[str, tuple[str, ...]] = {
     "level0": ("uniform", "costs"),
     "hypotheses": ("merged", "literal"),
     "method": METHODS,
+    "states": STATES,
 }
 SETTING_RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
     "end": (lambda x: abs(x) <= _LARGEST, "between -1e6 and 1e6"),

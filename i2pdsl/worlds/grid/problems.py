@@ -14,6 +14,7 @@ from i2pdsl.errors import error, whole_file
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.dynamics import Dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all
+from i2pdsl.worlds.grid.packed import States
 from i2pdsl.worlds.grid.spec import NO_GOAL, STAY, Character, GridSpec
 from i2pdsl.worlds.hypotheses import (
     Hypothesis,
@@ -135,7 +136,7 @@ def costs(spec: GridSpec, who: int | None = None) -> np.ndarray:
     return cost
 
 
-def on_goal(spec: GridSpec, dynamics: Dynamics, who: int, keys: Sequence[Key]) -> np.ndarray:
+def on_goal(spec: GridSpec, dynamics: States, who: int, keys: Sequence[Key]) -> np.ndarray:
     """Whether a character counts as being at its goal in each cell, with each set of its m marks:
     bool [P, 2^m (N + 1)]; never where it is absent, wants nothing, or has not been where it wants
     to have been before."""
@@ -149,7 +150,7 @@ def on_goal(spec: GridSpec, dynamics: Dynamics, who: int, keys: Sequence[Key]) -
     return table.reshape(len(keys), table.shape[1] * table.shape[2])
 
 
-def ground(spec: GridSpec, dynamics: Dynamics) -> np.ndarray:
+def ground(spec: GridSpec, dynamics: States) -> np.ndarray:
     """What any action on a cell costs besides: [M]; nothing where there is no cell."""
     found = np.zeros(spec.place_count)
     cells = {tuple(cell): i for i, cell in enumerate(dynamics.coordinates.tolist())}
@@ -223,10 +224,20 @@ def choices(
     return np.array(problem), np.array([m.rho or 0.0 for m in seen])
 
 
+def state_tables(dynamics: States) -> dict[str, Any]:
+    """The tables of a world's states, by their names."""
+    if not isinstance(dynamics, Dynamics):
+        nothing = dict.fromkeys(("cells", "lookup", "strides"))
+        return nothing | {"spots": dynamics.spots, "successor": (), "packed": dynamics.packed}
+    lookup = dynamics.lookup if len(dynamics.lookup) else dynamics.sorted_numbers
+    listed = {name: getattr(dynamics, name) for name in ("cells", "strides", "spots", "successor")}
+    return listed | {"lookup": lookup}
+
+
 def rules_of(
-    spec: GridSpec, dynamics: Dynamics, keys: tuple[tuple[Key, ...], ...], frames: bool
+    spec: GridSpec, dynamics: States, keys: tuple[tuple[Key, ...], ...], frames: bool
 ) -> Tables:
-    """The tables that planning by induction reads, without any values.
+    """The tables of a world's rules, without any values.
 
     Args:
         frames: whether the numbers of states tell the frame.
@@ -234,11 +245,7 @@ def rules_of(
     nothing = np.zeros(0)
     goals = tuple(on_goal(spec, dynamics, who, each) for who, each in enumerate(keys))
     return Tables(
-        cells=dynamics.cells,
-        lookup=dynamics.lookup,
-        strides=dynamics.strides,
-        spots=dynamics.spots,
-        successor=dynamics.successor,
+        **state_tables(dynamics),
         coordinates=dynamics.coordinates,
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),

@@ -11,7 +11,9 @@ import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
 from i2pdsl.worlds.grid import model
+from i2pdsl.worlds.grid.arrays import arrangement
 from i2pdsl.worlds.grid.dynamics import initial_marks
+from i2pdsl.worlds.grid.following import successor
 from i2pdsl.worlds.grid.spec import PULLS, PUTS, STAY, Character, GridSpec
 from i2pdsl.worlds.grid.symmetry import symmetries
 from i2pdsl.worlds.grid.world import GridWorld
@@ -181,13 +183,12 @@ class GridReader:
             places.append(self.cell(name, cells[name], where))
         marks = initial_marks(self.spec, np.array(places))
         if like is not None:
-            marks = self.dynamics.cells[like, len(places) : len(places) + len(marks)]
-        code = int(np.array([*places, *marks]) @ self.dynamics.strides[: len(places) + len(marks)])
+            marks = self.dynamics.cells_of(like)[len(places) : len(places) + len(marks)]
         for name in cells:
             if name not in self.spec.entities:
                 hint = did_you_mean(name, self.spec.entities)
                 self.wrong(where, f"there is no `{shorten(name)}` in {self.spec.name}", hint)
-        state = int(self.dynamics.find(np.array(code)))
+        state = int(self.dynamics.state_of(np.array([*places, *marks])))
         if state < 0:
             there = [tuple(c) for c in cells.values() if isinstance(c, list | tuple)]
             for thing in filter(self.spec.is_fixed, self.spec.things):
@@ -197,7 +198,7 @@ class GridReader:
             if len(set(there)) == len(there):
                 self.wrong(where, "nobody can come there in time from where they are at first")
             self.wrong(where, "two of them stand on one cell")
-        if where == "start" and state not in self.world.starts():
+        if where == "start" and not self.world.begins(np.asarray(state)):
             begins = state_as_json(self.spec, self.dynamics, int(self.world.starts()[0]))
             hint = ", ".join(f"{name} {place}" for name, place in begins.items())
             self.wrong(where, f"{self.spec.name} begins in another way", hint)
@@ -275,10 +276,10 @@ class GridReader:
         number = moves.events.index(entity) * moves.slots + cell
         after, possible = self.world.drops(tables, np.asarray(state))
         if not possible[number]:
-            place = int(self.dynamics.cells[state, entity])
+            place = int(self.dynamics.cells_of(state)[entity])
             why = "the cell is taken" if place == self.dynamics.absent else "it is there already"
             self.wrong(where, f"`{thing}` cannot fall there: {why}")
-        return moves.turn_count + number, int(after[number]) % self.dynamics.state_count
+        return moves.turn_count + number, int(arrangement(tables, after[number]))
 
     def turn(self, frame: dict[str, Any], state: int, where: str) -> tuple[int, int]:
         code, current = 0, state
@@ -291,7 +292,7 @@ class GridReader:
         if self.world.moves.together:
             return self.turn_together(acts, state, where)
         for who, (act, moved) in enumerate(acts):
-            after = int(self.dynamics.successor[who][act, current])
+            after = int(successor(self.world.tables, who, np.asarray(act), np.asarray(current)))
             self.check_moved(who, act, moved, after != current, where)
             success = moved or after == current
             outcome = self.world.moves.outcomes[who].index((act, success))

@@ -153,6 +153,7 @@ class Settings:
     horizon: int = 0  # frames that there are in all; 0: planning has no end
     method: str = "auto"  # of planning: auto | exact | additive (additive.py)
     at_once: int = 3  # entities that additive planning plans for together
+    states: str = "auto"  # of additive planning: auto | listed | computed (packed.py)
     hypotheses: str = "merged"  # merged | literal (the paper's tuple taken word by word)
     asked: str = ""  # the latents that are kept apart, where all hypotheses are too many
 
@@ -354,7 +355,9 @@ class GridSpec:
         content = asdict(self)
         for key in ("name", "floor", "wall", "documentation", "source", "events", "look", "shares"):
             content.pop(key)
-        for key in ("forgetting", "switching", "hypotheses", "method", "at_once", "asked"):
+        for key in ("forgetting", "switching", "hypotheses", "asked"):
+            content["settings"].pop(key)
+        for key in ("method", "at_once", "states"):
             content["settings"].pop(key)
         fixed = {thing.name for thing in self.things if self.is_fixed(thing)}
         # What a world does not use leaves its digest as it was before there was such a thing.

@@ -60,6 +60,8 @@ _DOCUMENTATION = {
     "method": "how planning goes: exactly; or additively, where values are sums of those in worlds "
     "with fewer entities; or exactly where that fits in memory and time, else additively",
     "at_once": "how many characters and objects additive planning plans for together",
+    "states": "whether additive planning lists all states, or computes those that it meets; or "
+    "lists them where they are at most a million",
     "gamma": "discount factor",
     "beta": "inverse temperature: how sharply the characters prefer their best actions",
     "level0": "how the character who is modelled believes that the other acts",

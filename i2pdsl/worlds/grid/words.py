@@ -32,7 +32,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     ),
     "event": ("drops",),
     "rewards": ("goal", "move", "stay", "end"),
-    "planning": ("gamma", "beta", "level0", "order", "horizon", "method", "at_once"),
+    "planning": ("gamma", "beta", "level0", "order", "horizon", "method", "at_once", "states"),
     "audience": ("forgetting", "switching", "hypotheses"),
     "drawing": ("floor", "ground", "wall", "wall_sprite", "frame"),
 }

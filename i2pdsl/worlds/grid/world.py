@@ -15,9 +15,18 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
-from i2pdsl.worlds.grid.arrays import Against, Moves, Tables, arrangement, padded, state_count
-from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics, initial_marks
-from i2pdsl.worlds.grid.method import check_size, planned
+from i2pdsl.worlds.grid.arrays import (
+    Against,
+    Moves,
+    Tables,
+    arrangement,
+    namespace,
+    padded,
+    state_count,
+)
+from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
+from i2pdsl.worlds.grid.method import check_size, planned, states_of
+from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
     answering,
@@ -27,6 +36,7 @@ from i2pdsl.worlds.grid.problems import (
     on_goal,
     problem_keys,
     problem_of,
+    state_tables,
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
@@ -35,6 +45,7 @@ from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
     Branches,
+    Part,
     Viewer,
     forgetting_of,
     log_priors,
@@ -64,7 +75,7 @@ class GridWorld:
     """
 
     spec: GridSpec
-    dynamics: Dynamics
+    dynamics: States
     tables: Tables
     moves: Moves
     residual: float
@@ -138,7 +149,11 @@ class GridWorld:
 
     def all_states(self, tables: Tables) -> Array:
         # With a horizon, each arrangement in each of its frames.
-        return tables.cells.__array_namespace__().arange(state_count(tables))
+        return namespace(tables.coordinates).arange(state_count(tables))
+
+    @property
+    def lists_states(self) -> bool:
+        return isinstance(self.dynamics, Dynamics)
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -177,7 +192,7 @@ class GridWorld:
         return arrangement(tables, state) == arrangement(tables, after)
 
     def stillness(self, tables: Tables, state: Array, after: Array) -> Array:
-        xp = tables.cells.__array_namespace__()
+        xp = namespace(tables.coordinates)
         return xp.where(self.is_still(tables, state, after), 1.0, 0.0)
 
     def outcome(
@@ -233,7 +248,7 @@ class GridWorld:
 
     def act(self, tables: Tables, state: Array, turn: ty.Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
-        xp = tables.cells.__array_namespace__()
+        xp = namespace(tables.coordinates)
         zero = xp.asarray(state) * 0
         if isinstance(turn, ty.Drop):
             number = self._drop(turn)
@@ -302,15 +317,24 @@ class GridWorld:
     ) -> NoReturn:
         raise NotImplementedError("actions are listed, not descended to")
 
-    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = (), parts: Sequence[Part] = ()) -> np.ndarray:
         """All arrangements, with everybody in the place that the world gives him at first, and
-        nobody having been anywhere else."""
+        nobody having been anywhere else; some, where states are computed."""
+        placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
+        if isinstance(self.dynamics, Computed):
+            return self.dynamics.drawn(placed, parts)
+        every = np.arange(self.dynamics.state_count)
+        return every[self.begins(every)]
+
+    def begins(self, states: np.ndarray) -> np.ndarray:
+        """Whether somebody can begin in some arrangements: with everybody in the place that the
+        world gives him at first, and nobody having been anywhere else."""
         placed = [-1 if cell is None else self.cell_number[cell] for cell in self.spec.placed]
         given = [entity for entity, cell in enumerate(placed) if cell >= 0]
-        cells, first = self.dynamics.cells, len(self.spec.entities)
-        begins = (cells[:, given] == np.array(placed, dtype=int)[given]).all(1)
-        marks = cells[:, first : first + len(self.spec.marks)]
-        return np.flatnonzero(begins & (marks == initial_marks(self.spec, cells)).all(1))
+        cells, first = self.dynamics.cells_of(states), len(self.spec.entities)
+        there: np.ndarray = (cells[..., given] == np.array(placed, dtype=int)[given]).all(-1)
+        marks = cells[..., first : first + len(self.spec.marks)]
+        return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
 def with_policies(tables: Tables) -> Tables:
@@ -318,6 +342,8 @@ def with_policies(tables: Tables) -> Tables:
     states; as they are where that takes too much memory."""
     from i2pdsl.programs import compiled_program
 
+    if tables.packed is not None:
+        return tables
     states = state_count(tables)
     sizes = [
         len(after) * column.size
@@ -351,7 +377,7 @@ def build_world(
     """
     check_size(spec)
     viewers = viewers or (Viewer(spec),)
-    dynamics = build_dynamics(spec)
+    dynamics = states_of(spec)
     plans: dict[str, Plan] = {}
     for viewer in viewers:
         if viewer.spec.planning_key not in plans:
@@ -366,14 +392,14 @@ def unplanned_world(spec: GridSpec) -> GridWorld:
     """
     check_size(spec)
     keys = problem_keys(spec)
-    dynamics = build_dynamics(spec)
-    states = dynamics.state_count * spec.frame_count
+    dynamics = states_of(spec)
+    states = dynamics.state_count * spec.frame_count if isinstance(dynamics, Dynamics) else 0
     nothing = tuple(np.broadcast_to(np.zeros(()), (states, len(problems))) for problems in keys)
     return assemble(spec, dynamics, (Viewer(spec),), [Plan(keys, nothing, 0.0, 0.0)])
 
 
 def assemble(
-    spec: GridSpec, dynamics: Dynamics, viewers: tuple[Viewer, ...], plans: list[Plan]
+    spec: GridSpec, dynamics: States, viewers: tuple[Viewer, ...], plans: list[Plan]
 ) -> GridWorld:
     """Puts the viewers' plans side by side into one set of tables."""
     vocabulary = grid_vocabulary(spec)
@@ -414,11 +440,7 @@ def assemble(
     words = grid_vocabulary(spec)
     log_prior = log_priors(viewers, words)
     tables = Tables(
-        cells=dynamics.cells,
-        lookup=dynamics.lookup,
-        strides=dynamics.strides,
-        spots=dynamics.spots,
-        successor=dynamics.successor,
+        **state_tables(dynamics),
         coordinates=coordinates,
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),

@@ -18,7 +18,7 @@ from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, m
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.record import Trajectory, empty, extended
-from i2pdsl.worlds.world import ContinuousWorld, Viewer, forgetting_of, log_priors
+from i2pdsl.worlds.world import ContinuousWorld, Part, Viewer, forgetting_of, log_priors
 
 Array = Any
 
@@ -111,7 +111,7 @@ class HillWorld(ContinuousWorld):
     def switching(self, tables: model.Tables) -> tuple[None, ...]:
         return (None,)  # nobody here has a goal
 
-    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = (), parts: Sequence[Part] = ()) -> np.ndarray:
         """The initial states, [1, 76]: there is one."""
         return initial_state(self.spec.settings.slope)[None]
 

@@ -30,6 +30,7 @@ from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
 from i2pdsl.worlds.world import (
     ContinuousWorld,
+    Part,
     Viewer,
     forgetting_of,
     log_priors,
@@ -133,7 +134,7 @@ class PlaneWorld(ContinuousWorld):
 
     # Beginnings.
 
-    def starts(self, points: Sequence[ty.Point] = ()) -> np.ndarray:
+    def starts(self, points: Sequence[ty.Point] = (), parts: Sequence[Part] = ()) -> np.ndarray:
         """The first pictures: everybody where the file says, then anybody in the middle of each
         place or at a point instead, as long as nobody overlaps or stands in a wall."""
         cast = self.spec.characters
