@@ -22,13 +22,27 @@ from i2pdsl.resources import data_folder
 
 MOST_OFFERS = 24
 SATURATION, LENGTH_SHARE = 1.2, 0.75  # BM25's k1 and b, as usual
-IN_NAME = 3  # what a word of the name counts beside one of the documentation
+IN_NAME = 3  # what a word of the name counts beside one of the documentation,
+IN_STORIES = 0.3  # and one of stories that use it
 _WORD = re.compile(r"[a-z]+")
 _PARAMETER = re.compile(r"`(\w+)`")
 _NOTHING = (
     *("a", "an", "and", "are", "as", "at", "be", "but", "by", "for", "from", "has", "have", "he"),
     *("her", "his", "in", "is", "it", "its", "my", "of", "on", "or", "she", "so", "that", "the"),
-    *("their", "then", "they", "this", "to", "was", "what", "when", "where", "which", "who"),
+    *(
+        "their",
+        "them",
+        "then",
+        "they",
+        "this",
+        "to",
+        "was",
+        "what",
+        "when",
+        "where",
+        "which",
+        "who",
+    ),
 )
 _ENDINGS = ("ingly", "edly", "ings", "ing", "ed", "es", "s", "ly", "e")
 
@@ -47,10 +61,10 @@ def palette(words: Vocabulary | None, typed: str) -> list[dict[str, Any]]:
     for pattern in library.patterns:
         fits = words is None or fit(pattern, library.exports, words)["fits"]
         found.append({**_told(pattern, words), "fits": fits, "rank": 0.0})
-    ranks = ranked([each["search"] for each in found], typed)
-    for each, rank in zip(found, ranks, strict=True):
-        each["rank"] = rank
-        del each["search"]
+    said = ranked([each.pop("search") for each in found], typed)
+    used = ranked([_examples(each["name"]) for each in found], typed)
+    for each, by_itself, by_stories in zip(found, said, used, strict=True):
+        each["rank"] = by_itself + IN_STORIES * by_stories
     return sorted(found, key=lambda each: (not each["fits"], -each["rank"]))
 
 
@@ -73,7 +87,7 @@ def _told(pattern: dict[str, Any], words: Vocabulary | None) -> dict[str, Any]:
             }
             for parameter in pattern["parameters"]
         ],
-        "search": f"{f'{name} ' * IN_NAME} {about} {_examples(name)}".replace("_", " "),
+        "search": f"{f'{name} ' * IN_NAME} {about}".replace("_", " "),
     }
 
 
@@ -130,7 +144,7 @@ def ranked(texts: list[str], typed: str) -> list[float]:
     lengths = [sum(count.values()) for count in counts]
     usual = sum(lengths) / max(1, len(lengths))
     asked, ranks = set(_stems(typed)), [0.0] * len(texts)
-    for stem in asked:
+    for stem in sorted(asked):
         having = sum(stem in count for count in counts)
         rarity = math.log(1 + (len(texts) - having + 0.5) / (having + 0.5))
         for number, count in enumerate(counts):
