@@ -144,6 +144,7 @@ def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
     every = xp.concatenate([log_probability, irrational], axis=-1)
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
+
     return xp.take(every, tables.columns[who], axis=-1, mode="clip")
 
 
@@ -175,7 +176,8 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     def of_outcomes(array: Array) -> Array:
         """[..., A_1, ..., *more] of actions, as [..., n_1, ..., *more] of outcomes."""
         for axis, effect in enumerate(effects):
-            array = array[(slice(None),) * (lead + axis) + (effect,)]
+            if effect != list(range(array.shape[lead + axis])):  # of those who never fail it is all
+                array = array[(slice(None),) * (lead + axis) + (effect,)]
         return array
 
     def placed(array: Array, more: int = 0) -> Array:
@@ -187,7 +189,9 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         outcomes = moves.outcomes[who]
         landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
-        row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
+        row = of_outcomes(log_policy(tables, who, seen))
+        if moves.weak[who]:
+            row = row[..., [a for a, _ in outcomes], :, :]
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
