@@ -144,7 +144,6 @@ def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
     every = xp.concatenate([log_probability, irrational], axis=-1)
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
-
     return xp.take(every, tables.columns[who], axis=-1, mode="clip")
 
 
