@@ -20,6 +20,8 @@ from i2pdsl.worlds.grid.arrays import (
     Moves,
     Tables,
     arrangement,
+    cells_at,
+    looked_up,
     namespace,
     padded,
     state_count,
@@ -46,6 +48,7 @@ from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
     Branches,
     Part,
+    SmallWorld,
     Viewer,
     forgetting_of,
     log_priors,
@@ -146,6 +149,15 @@ class GridWorld:
     @property
     def lists_states(self) -> bool:
         return isinstance(self.dynamics, Dynamics)
+
+    def small(self, about: frozenset[int]) -> SmallWorld | None:
+        from i2pdsl.worlds.grid.parts import part_of
+
+        return part_of(self.spec, about)
+
+    def row(self, tables: Tables, rows: Array, state: Array) -> Array:
+        cells = cells_at(tables, arrangement(tables, state))
+        return sum(looked_up(part, cells[..., e]) for e, part in enumerate(rows))
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -295,6 +307,10 @@ class GridWorld:
     @property
     def turn_count(self) -> int:
         return self.moves.turn_count
+
+    @property
+    def dropped(self) -> tuple[int, ...]:
+        return self.moves.events
 
     @property
     def event_slots(self) -> int:
