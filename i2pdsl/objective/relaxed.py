@@ -2,7 +2,8 @@
 
 A condition of what stands where is asked of a small world with those whom it is about and all who
 move them (worlds/world.py:SmallWorld), where reach.py tells how soon it can be. Of several that
-shall hold at once it takes at least as long as of each. Of other conditions nothing is known but
+shall hold at once it takes at least as long as of each, where that world would be too large for all
+of them. Of other conditions nothing is known but
 that it takes a frame.
 """
 
@@ -37,11 +38,7 @@ def relaxed(world: World, condition: ty.Typed, events: tuple[int, ...], asking: 
         asking: from a small world and a condition to what is asked of its frames.
     """
     found = []
-    for part in _parts(condition):
-        about = _about(world, part)
-        small = world.small(about) if about else None
-        if small is None:
-            continue
+    for part, small in _asked(world, condition):
         own = _events(world, small, events)
         asked: Question = asking(small.world, _renamed(part, small.numbers))
         frames = np.full(small.size, NEVER, dtype=np.int32)
@@ -49,6 +46,17 @@ def relaxed(world: World, condition: ty.Typed, events: tuple[int, ...], asking: 
         found.append((small.rows, frames))
     rows, frames_ = zip(*found, strict=True) if found else ((), ())
     return Relaxed(tuple(rows), tuple(frames_))
+
+
+def _asked(world: World, condition: ty.Typed) -> list[tuple[ty.Typed, SmallWorld]]:
+    """Parts of a condition of what stands where, each with a small world to ask it in: all of them
+    together where that is not too large."""
+    parts = [(part, about) for part in _parts(condition) if (about := _about(world, part))]
+    every = frozenset[int]().union(*(about for _, about in parts))
+    if len(parts) > 1 and (small := world.small(every)) is not None:
+        return [(ty.Apply("and", tuple(part for part, _ in parts)), small)]
+    found = ((part, world.small(about)) for part, about in parts)
+    return [(part, small) for part, small in found if small is not None]
 
 
 def least(world: World, tables: Any, known: Relaxed, state: Array) -> Array:

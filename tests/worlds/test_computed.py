@@ -200,7 +200,7 @@ def test_nothing_can_be_seen_sooner_than_is_said(text: str, condition: str) -> N
     known = relaxed(computed, body, computed.events(story.allow), asked_of)
     said = least(computed, computed.tables, known, numbers(text))
     assert (said <= right).all()
-    assert (said == right).mean() > 0.25
+    assert (said == right).mean() > (0.25 if of_states else 0.0)
     assert len(set(said)) > 1
     late = late_from(computed, [(2, body)], computed.events(story.allow), numbers(text))
     assert ((late == 1) == (said > 2)).all()
