@@ -8,6 +8,7 @@ acts may stay instead.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -15,8 +16,7 @@ import numpy as np
 
 from i2pdsl.worlds.grid.additive import Entities, ranks_of, sub_world, things_of
 from i2pdsl.worlds.grid.spec import NO_GOAL, Character, GridSpec
-from i2pdsl.worlds.grid.world import unplanned_world
-from i2pdsl.worlds.world import SmallWorld
+from i2pdsl.worlds.world import SmallWorld, World
 
 MOST = 5 * 10**7  # ends of turns that are listed
 
@@ -40,8 +40,14 @@ def with_movers(spec: GridSpec, about: Entities) -> Entities:
 
 
 @lru_cache(maxsize=8)
-def part_of(spec: GridSpec, about: Entities) -> SmallWorld | None:
-    """A world with some entities and all who move them; None where it has too many states."""
+def part_of(
+    spec: GridSpec, about: Entities, ruled: Callable[[GridSpec], World]
+) -> SmallWorld | None:
+    """A world with some entities and all who move them; None where it has too many states.
+
+    Args:
+        ruled: from a world's file to its rules, its states listed.
+    """
     kept = with_movers(spec, about)
     if not any(e < len(spec.characters) for e in kept):
         kept |= {0}
@@ -59,7 +65,7 @@ def part_of(spec: GridSpec, about: Entities) -> SmallWorld | None:
     turns = np.prod([len(c.actions) * (1 + c.is_weak) for c in listed.characters])
     if listed.state_count * turns > MOST:
         return None
-    world, ranks = unplanned_world(listed), ranks_of(spec, small)
+    world, ranks = ruled(listed), ranks_of(spec, small)
     rows = np.zeros((len(spec.entities), spec.place_count), dtype=np.int32)
     for entity, rank in ranks.items():
         rows[entity] = rank
@@ -67,8 +73,7 @@ def part_of(spec: GridSpec, about: Entities) -> SmallWorld | None:
     absent = len(spec.free_cells)
     place = np.array([*range(absent + 1), *(absent + 1 + each for each in own)])
     row = sum(
-        rows[entity][place[world.dynamics.cells_of(world.all_states(world.tables))[:, at]]]
-        for at, entity in enumerate(small.entities)
+        rows[entity][place[world.tables.cells[:, at]]] for at, entity in enumerate(small.entities)
     )
     count = int(np.prod([len(spec.places[e]) for e in small.entities]))
     numbers = {entity: number for number, entity in enumerate(small.entities)}

@@ -29,6 +29,7 @@ from i2pdsl.worlds.grid.arrays import (
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
+from i2pdsl.worlds.grid.parts import part_of
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
     answering,
@@ -151,9 +152,7 @@ class GridWorld:
         return isinstance(self.dynamics, Dynamics)
 
     def small(self, about: frozenset[int]) -> SmallWorld | None:
-        from i2pdsl.worlds.grid.parts import part_of
-
-        return part_of(self.spec, about)
+        return part_of(self.spec, about, unplanned_world)
 
     def row(self, tables: Tables, rows: Array, state: Array) -> Array:
         cells = cells_at(tables, arrangement(tables, state))
