@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.filter import log_sum, update
+from i2pdsl.audience.filter import log_sum
 from i2pdsl.audience.queries import probability
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import VIEWERS, check_listed
+from i2pdsl.language.story import VIEWERS
 from i2pdsl.language.vocabulary import Value, Vocabulary, show_value
 from i2pdsl.objective.subjects import Claims, claims, event_of, latents_of
 from i2pdsl.scripts import Script
@@ -121,7 +121,6 @@ def questions_of(script: Script) -> tuple[Question, ...]:
     """The events that the script's story asks viewers to believe or not; where there are none, the
     values of the latents that it speaks of, or else of all."""
     words = script.world.vocabulary
-    check_listed(words, "to explain what viewers believe")
     found: dict[tuple[ty.Mask, ty.Mask, ty.Viewers | None], None] = {
         (s.about, s.given, s.viewers): None
         for s in script.subjects
@@ -131,7 +130,7 @@ def questions_of(script: Script) -> tuple[Question, ...]:
     if not found:
         usual = script.audiences[0].viewers if len(script.audiences) > 1 else None
         named = [x for s in script.subjects for x in latents_of(words, s)]
-        for latent in dict.fromkeys(named or words.latents):
+        for latent in dict.fromkeys(named or words.apart):
             for values in groups(words, latent):
                 event = event_of(words, {latent: values})
                 if _is_open(event, script.assumption):
@@ -215,10 +214,12 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
     if not world.is_observed(np.asarray(action)):
         return [Reason(t, t, None, None, None, ())]
     words, assumed = world.vocabulary, np.array(script.assumption)
-    switching = world.switching(world.tables)
-    forgetting, seen_by = world.forgetting(world.tables), slice(*script.audiences[0].viewers)
+    seen_by = slice(*script.audiences[0].viewers)
     branches = _branches(script, action)
     policies = _policies(script, t, branches)
+    place = (frames.before[t], np.asarray(action), frames.state[t])
+    done = world.log_rows(world.tables, *place)
+    now = frames.at(t - 1).belief.shown(world.swarms(world.tables))
     found = []
     for u, who in enumerate(words.characters):
         belief, row, after = (
@@ -226,12 +227,14 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
             frames.log_rows[t, u],
             frames.log_afterwards[t, u],
         )
-        taken, policy = world.branch_actions(u)[branches[u]], policies[u]
+        taken = world.branch_actions(u)[branches[u]]
+        policy = now.likely(world, world.tables, u, policies[u])
         predicted = log_sum(belief + policy, assumed) - log_sum(belief, assumed)
         expected = np.exp(predicted[..., seen_by]).mean(-1)
         others = [a for a in range(len(policy)) if a != taken]
         second = max(others, key=lambda a: float(expected[a]))
-        changed = update(belief, policy[second], forgetting, switching[u])
+        changed = now.seeing(world, world.tables, u, policies[u][second]).log
+        now = now.seeing(world, world.tables, u, done[u])
         effects = [
             _effect(question, belief[None], row[None], after, changed) for question in questions
         ]
@@ -249,7 +252,8 @@ def _branches(script: Script, action: int) -> tuple[int, ...]:
 
 
 def _policies(script: Script, t: int, branches: tuple[int, ...]) -> list[np.ndarray]:
-    """For each character log P(action | H) where it acts in frame t, [A, O, H]."""
+    """For each character log P(action | H) where it acts in frame t, [A, O, H], or of problems
+    (World.lists_hypotheses)."""
     world, found = script.world, []
     turns = world.turns(world.tables, script.frames.before[t])
     for u, rows in enumerate(turns.log_rows):  # [n_1, ..., O, H], or 1 for what does not matter

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.keeping import kept_of
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
@@ -164,7 +165,8 @@ class Story(Shown):
     def task(self, watch: Watch | None = None, effort: int = 1) -> Task:
         """The story in its world, to be searched. Raises StoryError as `world` does."""
         watch = watch or Watch()
-        return Task(self.typed, self.world(watch), watch, effort, kept=self.kept)
+        kept = kept_of(self.typed.kept, self.spec, self.folder, self.kept, watch)
+        return Task(self.typed, self.world(watch), watch, effort, kept=kept)
 
     def keeping(self, script: Script, frames: Sequence[int]) -> Story:
         """The story with frames of a script pinned: the rest is solved around them.

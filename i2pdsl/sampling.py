@@ -18,7 +18,7 @@ import numpy as np
 from i2pdsl.audience.queries import marginal
 from i2pdsl.errors import Source, error, whole_file
 from i2pdsl.language.query import check_assumption
-from i2pdsl.language.story import TypedStory, check_listed
+from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import UNKNOWN, show_value
 from i2pdsl.objective.replay import replay_all
 from i2pdsl.objective.rollouts import drawn_from, rollouts
@@ -144,7 +144,6 @@ def sample(
     if not words.enumerable:
         message = f"whoever acts {words.where} does not choose among actions that can be listed"
         raise error("sample", message, where, "`search naive` makes rollouts there")
-    check_listed(words, "to draw what characters think")
     usual = story.audiences[:1]
     read = lambda name, text: check_assumption(Source(name, text), words, story.module, usual)
     assumption = story.assumption if assume is None else read("assume", assume)
@@ -165,10 +164,13 @@ def sample(
     states = starts[generator.integers(len(starts), size=count)]
     luck = generator.random((count, story.length))
     courses = _courses(world, story.length, observers, hypotheses, generator)
+    acting = courses
+    if not world.lists_hypotheses:  # where nobody can think that goals change
+        acting = world.acting(hypotheses, generator)[:, None].repeat(story.length, axis=1)
     scripts: list[Script] = []
     for first in range(0, count, AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        path = rollouts(world, states[some], observers[some], courses[some], luck[some])
+        path = rollouts(world, states[some], observers[some], acting[some], luck[some])
         frames = replay_all(world, path.states, path.actions)
         for i, course in enumerate(courses[some, :, 0]):
             about = _about(story, seed, [words.hypotheses[number] for number in course])
@@ -186,8 +188,8 @@ def _courses(
     hypotheses: np.ndarray,
     generator: np.random.Generator,
 ) -> np.ndarray:
-    """The hypothesis by which each action is chosen, [N, T + 1, U]: [:, t, u] of action u in frame
-    t + 1, and [:, T, 0] what holds at the end."""
+    """The row of the hypothesis by which each action is chosen, [N, T + 1, U]: [:, t, u] of action
+    u in frame t + 1, and [:, T, 0] what holds at the end."""
     switching = world.switching(world.tables)
     found = np.empty((len(hypotheses), length + 1, len(switching)), dtype=int)
     now = hypotheses

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
-from i2pdsl.audience import particles
+from i2pdsl.audience import particles, renewal
 from i2pdsl.audience.filter import log_sum
 from i2pdsl.audience.particles import Swarm, SwarmTables
 from i2pdsl.errors import StoryError
@@ -86,7 +86,7 @@ def _watch(tables: SwarmTables, rows: jax.Array) -> tuple[jax.Array, jax.Array]:
             evidence = evidence + log_sum(before.log_weight + likely)
             swarm = particles.seen_by(tables, swarm, u, row[u])
         belief = particles.belief(tables, swarm)
-        return (particles.after_frame(tables, swarm), evidence), belief
+        return (renewal.after_frame(tables, swarm), evidence), belief
 
     start = jax.tree.map(jnp.asarray, particles.begun(tables))
     (_, evidence), beliefs = jax.lax.scan(frame, (start, jnp.zeros(())), rows)
@@ -172,7 +172,7 @@ def chances(tables: SwarmTables, swarm: Swarm, move: Callable, takes: int) -> np
         here = np.repeat(minds[None], drawn.shape[1], axis=0)
         held = swarm._replace(since=np.zeros(len(here), int))
         proposed, ratio = move(here, list(drawn))
-        now, there = (particles.log_target(tables, held, x) for x in (here, proposed))
+        now, there = (renewal.log_target(tables, held, x) for x in (here, proposed))
         taken = np.minimum(1, np.exp(there - now + ratio)) / len(here)
         for to, chance in zip(proposed.tolist(), taken, strict=True):
             found[at, number.get(tuple(to), at)] += chance
@@ -191,11 +191,16 @@ def test_every_move_leaves_the_posterior_as_it_is() -> None:
     sizes = [int(tables.possible[:, c].any(0).sum()) for c in range(2)]
     every = np.stack(np.unravel_index(rows, sizes), axis=-1)
     held = swarm._replace(since=np.zeros(len(every), int))
-    target = np.exp(particles.log_target(tables, held, every))
+    target = np.exp(renewal.log_target(tables, held, every))
     target /= target.sum()
     assert target.max() < 0.5
-    moves = particles._moves(tables)
-    assert len(moves) == 5
+    moves = [
+        (partial(move, tables, c), renewal.OF_VALUE)
+        for c in range(2)
+        for move in (renewal.another_value, renewal.another_mind)
+    ]
+    moves.append((partial(renewal.rational_or_not, tables), 4))
+    assert sum(takes for _, takes in moves) == renewal.steps_of(2)
     kernel = np.eye(len(every))
     for move, takes in moves:
         chance = chances(tables, swarm, move, takes)

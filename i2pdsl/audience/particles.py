@@ -22,11 +22,7 @@ that expressions tell apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, NamedTuple
-
-import numpy
 
 from i2pdsl.audience.filter import log_sum
 
@@ -47,7 +43,7 @@ class Draws(NamedTuple):
 
     Attributes:
         offset: where systematic resampling begins, [T].
-        moves: uniform numbers of the Metropolis steps, [T, sweeps, steps_of(C), N].
+        moves: uniform numbers of the Metropolis steps, [T, sweeps, renewal.steps_of(C), N].
         jump, fresh: which particles start anew after an observation, and from what: [T, U, N] and
             [T, U, N, C]; U is 0 where nobody forgets.
     """
@@ -129,22 +125,18 @@ class Swarm(NamedTuple):
     effective: Array
 
     def each(self, change: Any, *others: Swarm) -> Swarm:
-        """The swarm with each of its arrays changed, given the same ones of others."""
+        """The swarm with each of its arrays changed, given the same ones of others; without what
+        one of them does not remember."""
         together = (self, *others)
         plain = (change(*(getattr(s, name) for s in together)) for name in _PLAIN)
         held: Any = dict(zip(_PLAIN, plain, strict=True))
         for name in ("sums", "marks"):
-            parts = zip(*(getattr(s, name) for s in together), strict=True)
+            parts = zip(*(getattr(s, name) for s in together), strict=False)
             held[name] = tuple(change(*part) for part in parts)
         return Swarm(**held)
 
 
 _PLAIN = ("minds", "log_weight", "since", "seen", "effective")
-
-
-def steps_of(characters: int) -> int:
-    """How many uniform numbers a sweep takes of each particle."""
-    return 5 * characters + 2
 
 
 def begun(tables: SwarmTables) -> Swarm:
@@ -172,15 +164,15 @@ def effective(log_weight: Array) -> Array:
 
 def looked_up(index: Index, minds: Array) -> Array:
     """What an index has of particles, [..., N]."""
-    return index.table[_total(index.digits, minds)]
+    return index.table[total(index.digits, minds)]
 
 
-def _total(digits: Array, minds: Array) -> Array:
+def total(digits: Array, minds: Array) -> Array:
     """The sum over characters of [C, M] at their minds, [..., N]."""
     return sum(digits[c][minds[..., c]] for c in range(digits.shape[0]))
 
 
-def _picked(values: Array, at: Array) -> Array:
+def picked(values: Array, at: Array) -> Array:
     """values [..., Q] at the places [..., N], whose leading axes may be fewer."""
     if at.ndim == 1:
         return values[..., at]
@@ -198,12 +190,25 @@ def belief(tables: SwarmTables, swarm: Swarm) -> Array:
     return xp.where(mixed > 0, xp.log(xp.where(mixed > 0, mixed, 1.0)), -xp.inf)
 
 
+def belief_of(tables: SwarmTables, minds: Array, log_weight: Array) -> Array:
+    """log P of each row by particles [..., N, C] with several weights [..., K, N]: [..., K, H]."""
+    xp = log_weight.__array_namespace__()
+    share = xp.exp(log_weight) @ _in_rows(tables, minds, log_weight.dtype)
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+
+
+def _in_rows(tables: SwarmTables, minds: Array, dtype: Any) -> Array:
+    """Which row each particle is in, one-hot [..., N, H]."""
+    row = looked_up(tables.row, minds)
+    xp = row.__array_namespace__()
+    return xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=dtype)
+
+
 def _shares(tables: SwarmTables, swarm: Swarm, times: Array | None = None) -> Array:
     """The sum of the weights, or of so many times each, in each row: [..., H]."""
     xp = swarm.log_weight.__array_namespace__()
     weights = xp.exp(swarm.log_weight)
-    row = looked_up(tables.row, swarm.minds)
-    there = xp.asarray(row[..., None] == xp.arange(len(tables.log_rows)), dtype=weights.dtype)
+    there = _in_rows(tables, swarm.minds, weights.dtype)
     weights = weights if times is None else weights * times
     return (weights[..., None, :] @ there)[..., 0, :]
 
@@ -216,17 +221,18 @@ def likely(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Array:
         row: the world's log-likelihoods of it, [..., Q'].
     """
     xp = row.__array_namespace__()
-    own = xp.exp(_of_each(tables, swarm, u, row))
+    own = xp.exp(of_each(tables, swarm, u, row))
     share, held = _shares(tables, swarm), _shares(tables, swarm, own)
     every = (xp.exp(swarm.log_weight) * own).sum(-1)[..., None]
-    return xp.log(xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every))
+    mean = xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every)
+    return xp.where(mean > 0, xp.log(xp.where(mean > 0, mean, 1.0)), -xp.inf)
 
 
 def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array) -> Array:
     """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
     rows [H]; of all where no particle is there. [...]."""
     xp = values.__array_namespace__()
-    own = _of_each(tables, swarm, u, values)
+    own = of_each(tables, swarm, u, values)
     weights = xp.exp(swarm.log_weight)
     there = weights * within[looked_up(tables.row, swarm.minds)]
     weights = xp.where(there.sum(-1, keepdims=True) > 0, there, weights)
@@ -234,169 +240,9 @@ def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array
     return found
 
 
-def _of_each(tables: SwarmTables, swarm: Swarm, u: int, values: Array) -> Array:
+def of_each(tables: SwarmTables, swarm: Swarm, u: int, values: Array) -> Array:
     """Of what is known of the problems of who acts u-th, [..., Q'], each particle's, [..., N]."""
-    return _picked(values[..., tables.columns[u]], looked_up(tables.problems[u], swarm.minds))
-
-
-def after_frame(tables: SwarmTables, swarm: Swarm) -> Swarm:
-    """The swarm as the next frame finds it: drawn anew and moved where too few count."""
-    xp = swarm.log_weight.__array_namespace__()
-    count = effective(swarm.log_weight)
-    low = count < tables.least
-    chosen = _resampled(tables, swarm)
-    moved = rejuvenated(tables, chosen, tables.draws.moves[swarm.seen])
-    return swarm._replace(
-        minds=xp.where(low[..., None, None], moved.minds, swarm.minds),
-        log_weight=xp.where(low[..., None], moved.log_weight, swarm.log_weight),
-        since=xp.where(low[..., None], moved.since, swarm.since),
-        seen=swarm.seen + 1,
-        effective=count,
-    )
-
-
-def _resampled(tables: SwarmTables, swarm: Swarm) -> Swarm:
-    """As many particles, each drawn by its weight: systematic resampling."""
-    xp = swarm.log_weight.__array_namespace__()
-    count = swarm.log_weight.shape[-1]
-    ends = xp.cumsum(xp.exp(swarm.log_weight), axis=-1)
-    ends = ends / ends[..., -1:]
-    points = (xp.arange(count) + tables.draws.offset[swarm.seen][..., None]) / count
-    parent = (ends[..., None, :] <= points[..., :, None]).sum(-1)
-    parent = xp.clip(parent, 0, count - 1)
-    return swarm._replace(
-        minds=xp.take_along_axis(swarm.minds, parent[..., None], axis=-2),
-        log_weight=xp.zeros_like(swarm.log_weight) - xp.log(xp.asarray(count * 1.0)),
-        since=xp.take_along_axis(swarm.since, parent, axis=-1),
-    )
-
-
-def log_target(tables: SwarmTables, swarm: Swarm, minds: Array) -> Array:
-    """log of the posterior of hypotheses [..., N, C], each as one that was started from when the
-    particle in its place was; up to a constant. -inf for what is no hypothesis."""
-    xp = swarm.log_weight.__array_namespace__()
-    group = _total(tables.flag, minds)
-    possible: Any = True
-    for c in range(tables.flag.shape[0]):
-        possible = possible & tables.possible[group, c, minds[..., c]]
-    row = xp.where(possible, looked_up(tables.row, minds), 0)
-    found = xp.where(swarm.since == 0, tables.log_weight[row], tables.log_known[row])
-    for problem, now, marks in zip(tables.problems, swarm.sums, swarm.marks, strict=True):
-        at = xp.where(possible, looked_up(problem, minds), 0)
-        count = now.shape[-1]
-        flat = marks.reshape(*marks.shape[:-2], -1)
-        found = found + _picked(now, at)
-        if marks.shape[-2] > 1:
-            found = found - _picked(flat, swarm.since * count + at)
-    return xp.where(possible, found, -xp.inf)
-
-
-def rejuvenated(tables: SwarmTables, swarm: Swarm, uniforms: Array) -> Swarm:
-    """Every particle after some Metropolis steps.
-
-    Args:
-        uniforms: [..., sweeps, steps_of(C), N].
-    """
-    xp = swarm.log_weight.__array_namespace__()
-
-    def sweep(held: tuple[Array, Array], drawn: Array) -> tuple[tuple[Array, Array], None]:
-        (minds, now), at = held, 0
-        for move, takes in _moves(tables):
-            given = [drawn[..., at + k, :] for k in range(takes)]
-            at += takes
-            proposed, ratio = move(minds, given[:-1])
-            there = log_target(tables, swarm, proposed)
-            goes = xp.log(given[-1]) < there - now + ratio
-            minds = xp.where(goes[..., None], proposed, minds)
-            now = xp.where(goes, there, now)
-        return (minds, now), None
-
-    held = swarm.minds, log_target(tables, swarm, swarm.minds)
-    each = xp.moveaxis(uniforms, -3, 0)
-    if xp is not numpy:
-        import jax
-
-        return swarm._replace(minds=jax.lax.scan(sweep, held, each)[0][0])
-    for drawn in each:
-        held, _ = sweep(held, drawn)
-    return swarm._replace(minds=held[0])
-
-
-Move = Callable[[Array, Sequence[Array]], tuple[Array, Array]]
-
-
-def _moves(tables: SwarmTables) -> list[tuple[Move, int]]:
-    """The proposals of a sweep, and how many uniform numbers each takes, the last of them for
-    whether it is taken. A proposal makes of hypotheses [..., N, C] others, and the log of how much
-    more likely the way back is."""
-    characters, groups = tables.flag.shape[0], tables.sizes.shape[0]
-    found: list[tuple[Move, int]] = []
-    for c in range(characters):
-        found += [(partial(_another_value, tables, c), 2), (partial(_another_mind, tables, c), 2)]
-    if groups > 1:
-        found.append((partial(_rational_or_not, tables), characters + 2))
-    return found
-
-
-def _another_value(
-    tables: SwarmTables, c: int, minds: Array, drawn: Sequence[Array]
-) -> tuple[Array, Array]:
-    """One latent of one character has another value."""
-    xp = tables.flag.__array_namespace__()
-    mind = minds[..., c]
-    count = tables.near_count[c][mind]
-    other = xp.where(count > 0, _one_of(tables.near[c][mind], count, drawn[0]), mind)
-    back = tables.near_count[c][other]
-    log = lambda n: xp.log(xp.maximum(n, 1) * _one(drawn[0]))
-    return _with(minds, c, other), log(count) - log(back)
-
-
-def _another_mind(
-    tables: SwarmTables, c: int, minds: Array, drawn: Sequence[Array]
-) -> tuple[Array, Array]:
-    """One character thinks anything that is possible while the same are rational."""
-    group = _total(tables.flag, minds)
-    fresh = _one_of(tables.options[group, c], tables.sizes[group, c], drawn[0])
-    return _with(minds, c, fresh), 0 * drawn[0]
-
-
-def _rational_or_not(
-    tables: SwarmTables, minds: Array, drawn: Sequence[Array]
-) -> tuple[Array, Array]:
-    """One character becomes rational, or irrational, and whoever may think of that thinks anew."""
-    xp = tables.flag.__array_namespace__()
-    characters, (which, *anew) = tables.flag.shape[0], drawn
-    group = _total(tables.flag, minds)
-    who = xp.minimum(xp.asarray(which * characters, dtype=group.dtype), characters - 1)
-    switched = group ^ (1 << who)
-    proposed, ratio = minds, 0 * which
-    for c in range(characters):
-        size, before = tables.sizes[switched, c], tables.sizes[group, c]
-        again = tables.redrawn[who, c]
-        fresh = _one_of(tables.options[switched, c], size, anew[c])
-        proposed = _with(proposed, c, xp.where(again, fresh, minds[..., c]))
-        more = xp.log(size * _one(which)) - xp.log(before * _one(which))
-        ratio = ratio + xp.where(again, more, 0 * which)
-    return proposed, ratio
-
-
-def _one(like: Array) -> Array:
-    """1, of the precision of an array."""
-    return like.__array_namespace__().ones((), like.dtype)
-
-
-def _one_of(options: Array, count: Array, uniform: Array) -> Array:
-    """One of the first `count` of the options [..., N, K], evenly."""
-    xp = options.__array_namespace__()
-    at = xp.minimum(xp.asarray(uniform * count, dtype=count.dtype), xp.maximum(count - 1, 0))
-    return xp.take_along_axis(options, at[..., None], axis=-1)[..., 0]
-
-
-def _with(minds: Array, c: int, mind: Array) -> Array:
-    """The same with another mind of one character."""
-    xp = minds.__array_namespace__()
-    here = xp.arange(minds.shape[-1]) == c
-    return xp.where(here, mind[..., None], minds)
+    return picked(values[..., tables.columns[u]], looked_up(tables.problems[u], swarm.minds))
 
 
 def seen_by(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Swarm:
@@ -407,7 +253,7 @@ def seen_by(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Swarm:
     """
     xp = swarm.log_weight.__array_namespace__()
     likely = row[..., tables.columns[u]]
-    joint = swarm.log_weight + _picked(likely, looked_up(tables.problems[u], swarm.minds))
+    joint = swarm.log_weight + picked(likely, looked_up(tables.problems[u], swarm.minds))
     sums = list(swarm.sums)
     sums[u] = sums[u] + likely
     swarm = swarm._replace(log_weight=joint - log_sum(joint)[..., None], sums=tuple(sums))

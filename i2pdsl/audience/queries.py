@@ -102,16 +102,7 @@ def surprise(beliefs: Array, log_rows: Array, mask: Array) -> Array:
     return -predicted.sum(-2).mean(-1)
 
 
-def suspense(
-    log_belief: Array,
-    log_rows: tuple[Array, ...],
-    chance: Array,
-    valid: Array,
-    groups: Array,
-    mask: Array,
-    forgetting: Array,
-    switching: Sequence[Switching | None],
-) -> Array:
+def suspense(weight: Array, belief: Array, turns: int, groups: Array, mask: Array) -> Array:
     """The variance of the belief about a latent after the next frame, summed over its values.
 
     The next frame is drawn from the audience's own predictions (Ely, Frankel and Kamenica 2015,
@@ -119,64 +110,53 @@ def suspense(
     from the characters' chances.
 
     Args:
-        log_belief: [..., O, H].
-        log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, ..., O, H].
-        chance, valid: [..., n_1 * n_2 * ...].
-        forgetting, switching: of each observer, and of each who acts; see filter.py.
+        weight, belief: of each next frame; see `ahead`.
+        turns: how many characters act in one.
         groups: one-hot [H, V].
     """
-    weight, belief = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
     shares = marginal(belief, groups, mask)  # [..., n_1, n_2, ..., O, V]
-    turns = tuple(range(-2 - len(log_rows), -2))
-    mean = (weight[..., None] * shares).sum(turns, keepdims=True)
+    axes = tuple(range(-2 - turns, -2))
+    mean = (weight[..., None] * shares).sum(axes, keepdims=True)
     spread = (shares - mean) ** 2
-    return (weight[..., None] * spread).sum(turns).sum(-1).mean(-1)
+    return (weight[..., None] * spread).sum(axes).sum(-1).mean(-1)
 
 
-def prediction(
-    log_belief: Array,
-    log_rows: tuple[Array, ...],
-    chance: Array,
-    valid: Array,
-    who: int,
-    actions: tuple[int, ...],
-    mask: Array,
-    forgetting: Array,
-    switching: Sequence[Switching | None],
-) -> Array:
+def prediction(weight: Array, turns: int, who: int, actions: tuple[int, ...]) -> Array:
     """The probability of each next action of a character, as the audience predicts it: the
     mixture of the policies under all hypotheses, and over what those do who act before. [..., A].
 
     Args:
-        log_belief, log_rows, chance, valid, forgetting, switching: as for `suspense`.
+        weight: of each next frame; see `ahead`.
+        turns: how many characters act in one.
         who: the number of the character, in the order of acting.
         actions: the action of each of the n_who branches.
     """
-    xp = _namespace(log_belief)
-    weight, _ = _ahead(log_belief, log_rows, chance, valid, mask, forgetting, switching)
-    others = tuple(n - len(log_rows) - 1 for n in range(len(log_rows)) if n != who)
+    xp = _namespace(weight)
+    others = tuple(n - turns - 1 for n in range(turns) if n != who)
     own = weight.sum(others).mean(-1)  # [..., n_who]
     kinds = max(actions) + 1
     return own @ ((xp.asarray(actions)[:, None] == xp.arange(kinds)) * 1.0)
 
 
-def _ahead(
+def ahead(
     log_belief: Array,
     log_rows: tuple[Array, ...],
-    chance: Array,
-    valid: Array,
     mask: Array,
     forgetting: Array,
     switching: Sequence[Switching | None],
 ) -> tuple[Array, Array]:
-    """The probability of each next frame as the audience predicts it, [..., n_1, n_2, ..., O], and
-    the belief after it, [..., n_1, n_2, ..., O, H]."""
-    xp = _namespace(log_belief)
+    """log of the probability of what is done next as the audience predicts it,
+    [..., n_1, n_2, ..., O], and the belief after it, [..., n_1, n_2, ..., O, H].
+
+    Args:
+        log_belief: [..., O, H].
+        log_rows: as in worlds' turns, broadcastable to [..., n_1, n_2, ..., O, H].
+        forgetting, switching: of each observer, and of each who acts; see filter.py.
+    """
     belief = log_belief[(..., *(None,) * len(log_rows), slice(None), slice(None))]
     log_weight: Any = 0.0
     for row, changes in zip(log_rows, switching, strict=True):
         predicted = log_sum(belief + row, mask) - log_sum(belief, mask)
         log_weight = log_weight + predicted
         belief = update(belief, row, forgetting, changes)
-    outcome = (chance * valid).reshape(belief.shape[:-2])
-    return xp.exp(log_weight) * outcome[..., None], belief
+    return log_weight, belief

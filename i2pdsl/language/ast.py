@@ -392,13 +392,14 @@ class Require(Node):
 
 @dataclass(frozen=True, slots=True)
 class Pin(Node):
-    """`pin script[first]: condition`, or `... = [turn]`, which need not say what everybody does;
-    of several frames with a `last` one."""
+    """`pin script[first]: condition`, or `... = [turn]`, which need not say what everybody does, or
+    `... = "script.json"`, as in another script; of several frames with a `last` one."""
 
     first: Expr
     last: Expr | None
     turn: tuple[Move | Fall, ...] = ()
     condition: Expr | None = None
+    file: Text | None = None
 
 
 Statement = (

@@ -135,9 +135,7 @@ class Beliefs(Frames):
     def refuse_where_sampled(self, form: Form, node: ast.Form, env: Env) -> None:
         """What needs every hypothesis cannot be asked where there are too many of them."""
         message = ""
-        if form.looks_ahead:
-            message = form.looks_ahead
-        elif node.moment is not None:
+        if node.moment is not None:
             message = "hindsight looks back at every hypothesis"
         elif not node.about and form.about == "latent":
             message = f"`{form.name}` of everything is about every hypothesis"
@@ -330,9 +328,6 @@ class Beliefs(Frames):
             raise self.not_finite(problem, node, env) from None
 
     def hidden_value(self, node: ast.Form, env: Env) -> Item:
-        if self.world.counts:
-            message = f"`V` differs between more hypotheses than can be listed {self.world.where}"
-            raise self.fail("particles", message, node.span, env, "ask about latents")
         if env.inside != "quantity":
             message = f"`{shorten(node.span.text)}` depends on what is hidden from the viewers"
             hint = "take the viewers' expectation: `E[V(who) | script[:t]]`"

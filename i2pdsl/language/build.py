@@ -93,6 +93,8 @@ class Builder:
         last = self.expression(p[5]) if p[5] is not None else None
         if p[7].type == "COLON":
             return ast.Pin(span, first, last, condition=self.expression(p[8]))
+        if isinstance(p[8], Token):
+            return ast.Pin(span, first, last, file=self.text(p[8]))
         turn = tuple(self._turn_item(m) for m in p[8].children if isinstance(m, Tree))
         return ast.Pin(span, first, last, turn)
 

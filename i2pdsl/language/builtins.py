@@ -244,8 +244,9 @@ STATEMENTS: tuple[Word, ...] = (
     Word(
         "pin",
         "pin script[k]: CONDITION, pin script[k] = [who: action, ...]",
-        "how a frame must be (or the frames `script[a..b]`), what is seen in it or done; the rest "
-        "is solved around it; several add up",
+        "how a frame must be (or the frames `script[a..b]`), what is seen in it or done, or (in "
+        'planes and on the hill) `= "take.json"`, as there; the rest is solved around it; several '
+        "add up",
         "pin script[4]: at(robot, pink)",
     ),
 )

@@ -26,7 +26,7 @@ from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.imports import build_module
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
-from i2pdsl.language.pins import read_pins
+from i2pdsl.language.pins import read_kept, read_pins
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env
 from i2pdsl.language.settings import LONGEST_STORY, MOST_LENGTHS
@@ -249,6 +249,7 @@ class _Checker:
             "objective": tuple(o for o in map(self.objective, objectives) if o is not None),
             "requirements": tuple(r for r in requirements if r is not None),
             "pins": read_pins(self.program.of(ast.Pin), self.elaborator, self.env, allow),
+            "kept": read_kept(self.program.of(ast.Pin), self.elaborator, self.env, self.folder),
         }
 
     def each_length(

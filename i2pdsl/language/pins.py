@@ -1,8 +1,10 @@
-"""Fixed frames: `pin script[4] = [cheese: west]`, `pin script[8..10]: at(robot, pink)`."""
+"""Fixed frames: `pin script[4] = [cheese: west]`, `pin script[8..10]: at(robot, pink)`, and
+`pin script[1..40] = "take.json"` where actions have no names."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from i2pdsl.errors import Diagnostic, Note
 from i2pdsl.language import ast
@@ -10,7 +12,8 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.scope import Env
 from i2pdsl.language.start import can_start
-from i2pdsl.language.story import Pin
+from i2pdsl.language.story import KeptFrames, Pin
+from i2pdsl.untrusted import is_plain_name
 
 
 def read_pins(
@@ -28,6 +31,8 @@ def read_pins(
     """
     found: list[Pin] = []
     for statement in statements:
+        if statement.file is not None:
+            continue
         try:
             found += _read(statement, elaborator, env, allowed)
         except Stop:
@@ -35,6 +40,38 @@ def read_pins(
     for frame in sorted({pin.frame for pin in found}):
         _check_agreement([pin for pin in found if pin.frame == frame], elaborator)
     return tuple(found)
+
+
+def read_kept(
+    statements: Sequence[ast.Pin], elaborator: Elaborator, env: Env, folder: Path | None
+) -> tuple[KeptFrames, ...]:
+    """Frames that are those of scripts beside the story; reports what is wrong with them. The
+    scripts themselves are read when the story is solved."""
+    found: list[KeptFrames] = []
+    for statement in statements:
+        if statement.file is None:
+            continue
+        try:
+            frames = _frames(statement, elaborator, env)
+            found.append(_kept(statement.file, frames, elaborator, env))
+        except Stop:
+            continue
+        if not ((folder or Path()) / found[-1].file).is_file():
+            message = f"there is no `{found[-1].file}` beside this story"
+            elaborator.report(Diagnostic("keep", message, statement.file.span, None, (), "warning"))
+    return tuple(found)
+
+
+def _kept(file: ast.Text, frames: range, elaborator: Elaborator, env: Env) -> KeptFrames:
+    name = file.value
+    if elaborator.world.enumerable:
+        message = f"{elaborator.world.where} frames are pinned in words"
+        hint = "`i2p run STORY --keep SCRIPT --frames 1-5` writes those of a script"
+        raise elaborator.fail("keep", message, file.span, env, hint)
+    if not all(map(is_plain_name, name.split("/"))) or not name.endswith(".json"):
+        message = f"`{name[:60]}` is no script beside this story"
+        raise elaborator.fail("keep", message, file.span, env, 'it is called as `"take.json"`')
+    return KeptFrames(name, frames, file.span)
 
 
 def _read(

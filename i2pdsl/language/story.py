@@ -155,6 +155,16 @@ class Pin(Requirement):
 
 
 @dataclass(frozen=True)
+class KeptFrames:
+    """Frames that shall be as in another script, where actions have no names:
+    `pin script[first..last] = "FILE"`; `file` is beside the story."""
+
+    file: str
+    frames: range
+    span: Span
+
+
+@dataclass(frozen=True)
 class SearchPlan:
     """How to look for the script: what is given in `search METHOD(...)`.
 
@@ -200,6 +210,7 @@ class TypedStory:
         audiences: the viewers of all beliefs that name no others, and those that have names.
         requirements: what must hold before any objective counts.
         pins: how single frames must be, as much as the requirements.
+        kept: frames that are those of another script.
         lengths: where the search chooses the length, the story of each, from the shortest to this
             one, which is the longest. Their sums over t count as if they had as many frames.
         longest: of such a story the greatest length, else 0.
@@ -221,6 +232,7 @@ class TypedStory:
     module: Module = field(compare=False)
     requirements: tuple[Requirement, ...] = ()
     pins: tuple[Pin, ...] = ()
+    kept: tuple[KeptFrames, ...] = ()
     lengths: tuple[TypedStory, ...] = field(default=(), compare=False)
     longest: int = 0
     warnings: tuple[Diagnostic, ...] = ()

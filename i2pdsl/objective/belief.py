@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from i2pdsl.audience import particles
+from i2pdsl.audience import particles, renewal
 from i2pdsl.audience.filter import Switching, update, updated_share
 from i2pdsl.audience.particles import Swarm, SwarmTables
 from i2pdsl.audience.queries import each_expects
@@ -59,7 +59,7 @@ class Belief(NamedTuple):
 
     def over(self, tables: Sequence[SwarmTables | None]) -> Belief:
         """The belief when a frame is over: particles are drawn anew where few count."""
-        swarms = map(particles.after_frame, _of_swarms(tables), self.swarms)
+        swarms = map(renewal.after_frame, _of_swarms(tables), self.swarms)
         return self._replace(swarms=tuple(swarms))
 
     def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
@@ -101,6 +101,14 @@ class Belief(NamedTuple):
 
 def _of_swarms(tables: Sequence[SwarmTables | None]) -> list[SwarmTables]:
     return [each for each in tables if each is not None]
+
+
+def particles_of(
+    world: World, tables: Any, viewers: tuple[int, int] | None = None
+) -> list[SwarmTables]:
+    """Of those observers who hold particles; of some of them, where all do."""
+    given = world.swarms(tables)
+    return _of_swarms(given if viewers is None else given[slice(*viewers)])
 
 
 def first_belief(world: World, tables: Any, share: Array | None = None) -> Belief:

@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from i2pdsl.audience.particles import Swarm
 from i2pdsl.language import typed as ty
-from i2pdsl.language.evaluate import COMPARISONS
-from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.beats import begun, best, further, through
@@ -26,13 +25,12 @@ from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_hist
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
+from i2pdsl.objective.looks import asks_particles, looks_around, looks_back, looks_far
 from i2pdsl.objective.pins import Pins, broken, still_to_break
 from i2pdsl.objective.requirements import VIOLATION
 from i2pdsl.worlds.world import World
 
 Array = Any
-
-COMPARED = frozenset(name for name, _ in COMPARISONS.values())
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,9 @@ def compile_objective(
     compiler = Compiler(world, length)
     sums: list[_Sum] = []
     beats: list[_Beats] = []
-    history = any(_looks_far(node, length) for _, e in terms for node in ty.walk(e))
+    nodes = [node for _, e in terms for node in ty.walk(e)]
+    particles = not world.lists_hypotheses and any(map(asks_particles, nodes))
+    history = any(looks_far(node, length) or (particles and looks_back(node)) for node in nodes)
     compiler.on_reduction = (
         reduce_over_history(compiler) if history else _incremental(compiler, sums, beats)
     )
@@ -112,8 +112,8 @@ def compile_objective(
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, beats, history, length, seen, pins is not None),
-        step=_step(world, sums, beats, history, length, seen),
+        init=_init(world, sums, beats, history, length, seen, pins is not None, particles),
+        step=_step(world, sums, beats, history, length, seen, particles),
         score=value(held=False),
         promise=value(held=True),
         params=compiler.params()._replace(
@@ -130,61 +130,6 @@ def compile_objective(
 def _appended(terms: list[tuple[float, ty.Typed]]) -> list[tuple[ty.Turn, ...]]:
     found = (n.turns for _, e in terms for n in ty.walk(e) if isinstance(n, ty.Moment) and n.turns)
     return list(dict.fromkeys(found))
-
-
-def _looks_far(node: object, length: int) -> bool:
-    """Whether a form looks at frames that a fold which keeps none cannot reach."""
-    match node:
-        case ty.Belief(moment=ty.Moment()):
-            return True
-        case ty.Moment(first=None):
-            return 0 < node.frames[0] < length
-        case ty.Moment():
-            return node.offset not in (0, -1)
-        case ty.Reduction() | ty.Beats():
-            # A fixed frame inside a sum (the prior excepted) changes terms already taken.
-            bodies = node.parts if isinstance(node, ty.Beats) else (node.body,)
-            nodes = [n for body in bodies for n in ty.walk(body)]
-            moments = [n for n in nodes if isinstance(n, ty.Moment)]
-            frames = [m for n in nodes for m in _asked(n)]
-            fixed = any(m.first is None and m.frames[0] != 0 for m in moments)
-            return fixed or any(m.offset != 0 for m in frames) or any(map(looks_ahead, bodies))
-    return False
-
-
-def looks_ahead(node: object) -> bool:
-    """Whether a term of a sum depends on what happens after its frame t.
-
-    `t < when [...]` does not: where it has not happened up to frame t, it is later than t.
-    """
-    match node:
-        case ty.Reduction() | ty.When():
-            return True
-        case (
-            ty.Apply(arguments=(ty.When() as when, ty.TimeTable() as table))
-            | ty.Apply(arguments=(ty.TimeTable() as table, ty.When() as when))
-        ) if node.operation in COMPARED:
-            first = table.first - when.before
-            return any(value > first + i for i, value in enumerate(table.values) if first + i > 0)
-    return any(looks_ahead(child) for child in ty.children(node))
-
-
-def looks_around(expression: ty.Typed) -> bool:
-    """Whether it asks what else may happen after a frame."""
-    beliefs = (node for node in ty.walk(expression) if isinstance(node, ty.Belief))
-    return any(BY_NAME[belief.form].looks_ahead for belief in beliefs)
-
-
-def _asked(node: object) -> list[ty.Moment]:
-    """The frames that a form asks of themselves, not only of the belief or the state after them."""
-    match node:
-        case ty.Feature(moment=ty.Moment() as moment):
-            return [moment]
-        case ty.Moment() if node.seen is not None:
-            return [node]
-        case ty.Belief(form=form, given=given) if BY_NAME[form].asks_frame:
-            return [g.moment for g in given]
-    return []
 
 
 @dataclass(frozen=True)
@@ -322,9 +267,10 @@ def _init(
     length: int,
     seen: _Seen | None,
     pinned: bool,
+    particles: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
-        prior = first_belief(world, tables).log
+        prior, _, swarms = first_belief(world, tables)
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)
@@ -339,6 +285,7 @@ def _init(
             action = world.no_action(state)
             rows = world.log_rows(tables, state, action, state)
             first = _first_frame(xp, state, action, prior, len(rows))
+            first = first._replace(swarms=_remembered(swarms) if particles else ())
             frames = first.each(lambda part: xp.broadcast_to(part[None], (length + 1, *part.shape)))
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
@@ -350,6 +297,11 @@ def _init(
         )
 
     return init
+
+
+def _remembered(swarms: tuple[Swarm, ...]) -> tuple[Swarm, ...]:
+    """Particles without what only their next step needs."""
+    return tuple(swarm._replace(sums=(), marks=()) for swarm in swarms)
 
 
 def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: int) -> Frame:
@@ -368,6 +320,7 @@ def _step(
     history: bool,
     length: int,
     seen: _Seen | None,
+    particles: bool,
 ) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
@@ -388,7 +341,8 @@ def _step(
         frames = carry.frames
         if history:
             assert frames is not None
-            frames = frames.each(lambda old, new: old.at[frame.number].set(new), frame)
+            kept = frame._replace(swarms=_remembered(frame.swarms) if particles else ())
+            frames = frames.each(lambda old, new: old.at[frame.number].set(new), kept)
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,
             film=film,

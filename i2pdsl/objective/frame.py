@@ -158,7 +158,8 @@ class View:
 
     `exists` is True where it always does; else an array, and what does not exist counts 0.
     Prefix forms read the belief (`share`: as probabilities, where it is held so) and `state`;
-    frame forms read the whole `frame`.
+    frame forms read the whole `frame`. `swarms` are the particles of those who hold some, where
+    they are at hand.
     """
 
     log_belief: Array
@@ -166,6 +167,7 @@ class View:
     frame: Frame | None
     exists: Array | bool = True
     share: Array | None = None
+    swarms: tuple[Swarm, ...] = ()
 
     def of(self, viewers: ty.Viewers | None) -> View:
         """The moment as some of the observers see it; as all of them without."""
@@ -174,17 +176,20 @@ class View:
         belief = self.log_belief[..., slice(*viewers), :]
         share = None if self.share is None else self.share[..., slice(*viewers), :]
         frame = None if self.frame is None else self.frame.of(viewers)
-        return View(belief, self.state, frame, self.exists, share)
+        swarms = self.swarms  # which are asked where everybody holds some
+        if len(swarms) == self.log_belief.shape[-2]:
+            swarms = swarms[slice(*viewers)]
+        return View(belief, self.state, frame, self.exists, share, swarms)
 
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    log_belief, share, _ = frame.belief
+    log_belief, share, swarms = frame.belief
     if moment.seen is not None:
         log_belief = frame.log_expecting[..., moment.seen, :, :]
         if frame.shares is not None:
             share = frame.shares.expecting[..., moment.seen, :, :]
-    return View(log_belief, frame.state, frame, exists, share)
+    return View(log_belief, frame.state, frame, exists, share, swarms)
 
 
 class StepScope:
@@ -233,7 +238,8 @@ class StartScope:
 
 def prior_view(scope: Any, state: Array, exists: Array | bool = True) -> View:
     """The moment before anything moved."""
-    return View(first_belief(scope.world, scope.tables).log, state, None, exists)
+    log_belief, _, swarms = first_belief(scope.world, scope.tables)
+    return View(log_belief, state, None, exists, swarms=swarms)
 
 
 class EndScope:

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
-from i2pdsl.audience import queries
+from i2pdsl.audience import foresight, queries
 from i2pdsl.audience.filter import Switching
+from i2pdsl.audience.particles import Swarm, SwarmTables
 from i2pdsl.language import typed as ty
+from i2pdsl.objective.belief import particles_of
 from i2pdsl.objective.frame import View
-from i2pdsl.worlds.world import Branches, World
+from i2pdsl.worlds.world import World
 
 Array = Any
+
+
+class OfParticles(NamedTuple):
+    """A quantity that is known of particles, not of rows: `of` is of who is asked o-th, given what
+    knows his particles, [..., N]."""
+
+    of: Callable[[int, foresight.Minds], Array]
 
 
 class Asked(NamedTuple):
@@ -19,7 +29,8 @@ class Asked(NamedTuple):
 
     Attributes:
         about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), a
-            quantity broadcastable to [..., O, H], or a character's number.
+            quantity broadcastable to [..., O, H] (OfParticles where hypotheses cannot be listed
+            and it is about values), or a character's number.
         mask: the conditions, [H].
         views: the moment that it is conditioned on; of a divergence two. Already of `viewers`.
         viewers: the observers who are asked, where not all are.
@@ -57,13 +68,33 @@ class Asked(NamedTuple):
         some = slice(*self.viewers)
         return tuple(None if each is None else each.of(some) for each in every)
 
-    def ahead(self) -> Branches:
-        """What can come next, as those who are asked see it."""
+    def ahead(self) -> tuple[Array, Array, int]:
+        """What can come next, as those who are asked expect it: the probability of each next frame,
+        [..., n_1, n_2, ..., O], the belief after it, [..., n_1, n_2, ..., O, H], and how many act
+        in it."""
         found = self.world.turns(self.tables, self.views[0].state)
-        if self.viewers is None:
-            return found
-        rows = (row[..., slice(*self.viewers), :] for row in found.log_rows)
-        return found._replace(log_rows=tuple(rows))
+        some = slice(None) if self.viewers is None else slice(*self.viewers)
+        rows = tuple(row[..., some, :] for row in found.log_rows)
+        if self.world.lists_hypotheses:
+            given = self.mask, self.forgetting, self.switching
+            log_weight, belief = queries.ahead(self.log_belief, rows, *given)
+        else:
+            each = [
+                foresight.ahead(tables, swarm, tuple(row[..., o, :] for row in rows), self.mask)
+                for o, (tables, swarm) in enumerate(self.swarms)
+            ]
+            xp = self.log_belief.__array_namespace__()
+            log_weight = xp.stack([weight for weight, _ in each], axis=-1)
+            belief = xp.stack([after for _, after in each], axis=-2)
+        outcome = (found.chance * found.valid).reshape(belief.shape[:-2])
+        weight = log_weight.__array_namespace__().exp(log_weight) * outcome[..., None]
+        return weight, belief, len(rows)
+
+    @property
+    def swarms(self) -> list[tuple[SwarmTables, Swarm]]:
+        """The particles of those who are asked, where hypotheses cannot be listed."""
+        given = particles_of(self.world, self.tables, self.viewers)
+        return list(zip(given, self.views[0].swarms, strict=True))
 
 
 def _surprise(asked: Asked) -> Array:
@@ -74,37 +105,28 @@ def _surprise(asked: Asked) -> Array:
 
 
 def _suspense(asked: Asked) -> Array:
-    ahead = asked.ahead()
-    return queries.suspense(
-        asked.log_belief,
-        ahead.log_rows,
-        ahead.chance,
-        ahead.valid,
-        asked.about,
-        asked.mask,
-        asked.forgetting,
-        asked.switching,
-    )
+    return queries.suspense(*asked.ahead(), asked.about, asked.mask)
 
 
 def _next(asked: Asked) -> Array:
-    ahead = asked.ahead()
-    return queries.prediction(
-        asked.log_belief,
-        ahead.log_rows,
-        ahead.chance,
-        ahead.valid,
-        asked.about,
-        asked.world.branch_actions(asked.about),
-        asked.mask,
-        asked.forgetting,
-        asked.switching,
-    )
+    weight, _, turns = asked.ahead()
+    actions = asked.world.branch_actions(asked.about)
+    return queries.prediction(weight, turns, asked.about, actions)
+
+
+def _expectation(asked: Asked) -> Array:
+    if not isinstance(asked.about, OfParticles):
+        return queries.expectation(asked.log_belief, asked.about, asked.mask, asked.share)
+    found = [
+        foresight.expectation(tables, swarm, asked.mask, partial(asked.about.of, o))
+        for o, (tables, swarm) in enumerate(asked.swarms)
+    ]
+    return asked.log_belief.__array_namespace__().stack(found, axis=-1).mean(-1)
 
 
 NUMBERS: dict[str, Callable[[Asked], Array]] = {
     "P": lambda a: queries.probability(a.log_belief, a.about, a.mask, a.share),
-    "E": lambda a: queries.expectation(a.log_belief, a.about, a.mask, a.share),
+    "E": _expectation,
     "KL": lambda a: queries.divergence(a.log_belief, a.views[1].log_belief, a.about, a.mask),
     "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask, a.share),
     "surprise": _surprise,

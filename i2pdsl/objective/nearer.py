@@ -146,7 +146,7 @@ def rational_scripts(world: World, count: int, length: int, seed: int) -> Trajec
     starts, rational = world.starts(), np.array(default_assumption(world.vocabulary))
     states = starts[generator.integers(len(starts), size=count)]
     drawn = generator.choice(np.flatnonzero(rational), size=count)
-    observations = len(world.switching(world.tables))
-    courses = np.broadcast_to(drawn[:, None, None], (count, length + 1, observations))
+    acting = world.acting(drawn, generator)
+    courses = np.broadcast_to(acting[:, None], (count, length, acting.shape[-1]))
     luck = generator.random((count, length))
     return rollouts(world, states, np.zeros(count, int), courses, luck)

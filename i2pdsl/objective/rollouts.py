@@ -19,7 +19,7 @@ def rollouts(
 
     Args:
         states, observers: of each, [N].
-        courses: the column of `World.turns` by which each action is chosen, [N, T + 1, U].
+        courses: the column of `World.turns` by which each action is chosen, [N, T, U] or longer.
         luck: uniform numbers that decide what is done and what succeeds, [N, T].
     """
     each = np.arange(len(states))

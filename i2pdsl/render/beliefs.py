@@ -228,8 +228,6 @@ class Beliefs:
         )
         if rational:
             yield Panel("rationality", "probability", rational)
-        if words.counts:  # values differ between more hypotheses than can be listed
-            return
         pairs = zip(words.hypotheses, script.assumption, strict=True)
         assumed = [row for row, holds in pairs if holds]
         # Who is irrational by the story's assumption has no value.

@@ -8,7 +8,7 @@ first pass over all starts, the best are searched again (rounds.py).
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from i2pdsl.audience.particles import SwarmTables
 from i2pdsl.computing import computing
 from i2pdsl.errors import error, whole_file
 from i2pdsl.objective.appended import tabulate_turns, worth_a_table
@@ -233,8 +234,19 @@ def place_bytes(world: World, objective: Objective, length: int, events: tuple[i
     per_child = 4 * belief * 8 + sum(4 * len(swarm.first) * 8 for swarm in held)
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
+    if not world.lists_hypotheses:
+        per_child += _of_particles(world, objective, length, held)
     kept = sum(4 * swarm.marks * sum(map(len, swarm.columns)) for swarm in held)
     return per_child * branching(world, events) + 8 * length + 2 * kept
+
+
+def _of_particles(
+    world: World, objective: Objective, length: int, held: Sequence[SwarmTables]
+) -> int:
+    """Working memory for the particles that an objective asks about one child."""
+    count = sum(len(swarm.first) for swarm in held)
+    own = 4 * count * (held[0].first.shape[-1] + 2) * (length + 1) * objective.keeps_history
+    return own + world.turn_count * 8 * 2 * count * objective.looks_around
 
 
 def block_size(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:

@@ -109,7 +109,9 @@ async def hold(page: Page, asked: ask.Hold) -> dict[str, Any]:
     from i2pdsl.studio import asking, hands
 
     made = page.films[asked.film]
-    lines = await page.aside(lambda: asking.kept(made, asked.first, asked.last))
+    lines = await page.aside(
+        lambda: asking.kept(made, asked.first, asked.last, lambda: page.written(made))
+    )
     do = lambda text: hands.hold(text, lines, asked.first, asked.last)
     return await by_hand(page, asked, do)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -203,15 +203,16 @@ def said_of(made: Made, frame: int, who: str, at: Sequence[float]) -> str:
     return drawing.said_of(made.script, frame, who, (at[0], at[1]))
 
 
-def kept(made: Made, first: int, last: int) -> list[str]:
-    """Statements that pin frames of a film as they are."""
+def kept(made: Made, first: int, last: int, write: Callable[[], str]) -> list[str]:
+    """Statements that pin frames of a film as they are: in words, or as those of its script, which
+    `write` puts beside the story; it returns under which name."""
     script = made.script
     if not 1 <= first <= last <= script.length:
         raise Refusal(USAGE, f"the film has frames 1 to {script.length}")
-    lines = kind_of(script.world.spec).kept(script.world, script.trajectory, first, last)
-    if not lines:
-        raise Refusal(REFUSED, "in this world stories have no words for what is done in a frame")
-    return lines
+    if not script.world.vocabulary.enumerable:
+        frames = f"{first}" if first == last else f"{first}..{last}"
+        return [f'pin script[{frames}] = "{write()}"']
+    return kind_of(script.world.spec).kept(script.world, script.trajectory, first, last)
 
 
 def first_picture(made: Made) -> str:

@@ -283,12 +283,20 @@ def _moved(
     """The frames of pins elsewhere, where they are written as numbers."""
     changes = []
     for statement in text.program.of(ast.Pin):
+        if statement.file is not None and statement not in but and _is_moved(text, statement, last):
+            message = f"frames of {statement.file.value} are pinned here or later: they cannot move"
+            raise Refusal(REFUSED, message)
         for index, moved in ((statement.first, first), (statement.last, last)):
             if isinstance(index, ast.Number) and statement not in but:
                 changes.append(
                     Change(index.span.start, index.span.end, str(moved(int(index.value))))
                 )
     return changes
+
+
+def _is_moved(text: StoryText, statement: ast.Pin, moved: Callable[[int], int]) -> bool:
+    frames = text.frames(statement)
+    return frames is not None and moved(frames[-1]) != frames[-1]
 
 
 def beats(text: StoryText, order: Sequence[int]) -> StoryText:

@@ -54,7 +54,7 @@ def abilities(story: Story) -> dict[str, Any]:
     return {
         "drag": list(drawing.held(story.spec)),
         "start": words.enumerable or words.size is not None,
-        "hold": "at" in words.predicates,
+        "hold": "at" in words.predicates or not words.enumerable,
         "effort": words.enumerable,
         "suggest": story.typed.search.method != "naive",
         "events": {event: list(things) for event, things in words.events.items()},
@@ -90,6 +90,8 @@ def _pins(text: StoryText) -> Iterator[dict[str, Any]]:
             for part in parts(pin.condition):
                 yield {**told, "text": _one_line(part), "who": whose(part), "kind": "seen"}
             continue
+        if pin.file is not None:
+            yield {**told, "text": f"as in {pin.file.value}", "who": None, "kind": "kept"}
         for act in pin.turn:
             who = act.who.id if isinstance(act, ast.Move) else None
             yield {**told, "text": _one_line(act), "who": who, "kind": "done"}

@@ -53,6 +53,7 @@ class Page:
         self.films = Films()
         self._asked: dict[str, ask.Solve] = {}  # the last time that each document was solved
         self._best: dict[str, tuple[str, Script]] = {}  # by document: the film that is shown
+        self._written: dict[str, tuple[str, str]] = {}  # scripts of films: their paths, and digests
         self._showing = threading.Lock()  # an older thread may not hear at once that it is stopped
         for name in ask.REQUESTS:
             own = getattr(self, f"on_{name}", None)
@@ -265,6 +266,16 @@ class Page:
             film["same"] = before[0] if same and before is not None else None
             self._best[asked.uri] = film["id"], found.script
             self.about(told, "film", {"seed": asked.seed, "film": film})
+
+    def written(self, made: Made) -> str:
+        """The name of a film's script beside its story, where it is written if it was not."""
+        known = self._written.get(made.name)
+        folder = self.studio.folder
+        if known is None or folder.digest(known[0]) != known[1]:
+            beside = folder.path_of(made.uri).removesuffix(".story")
+            kept = folder.keep_script(f"{beside}.kept.json", made.script)
+            known = self._written[made.name] = kept["path"], kept["digest"]
+        return known[0].rpartition("/")[2]
 
     def best(self, uri: str) -> Script | None:
         """The best script of a document's present text, so far."""

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.particles import Draws, Index, SwarmTables, steps_of
+from i2pdsl.audience.particles import Draws, Index, SwarmTables
+from i2pdsl.audience.renewal import steps_of
 from i2pdsl.language.story import Particles
 from i2pdsl.language.vocabulary import Value
 from i2pdsl.worlds.hypotheses import Groups

@@ -147,6 +147,10 @@ class World(Protocol):
         """Whether rows of beliefs are hypotheses. Otherwise each stands for many: all viewers hold
         particles, and the likelihoods of `log_rows` and `turns` are of problems (SwarmTables)."""
 
+    def acting(self, rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """The place in `log_rows` by which each who acts does so under the hypothesis of a row, or
+        under one that is drawn evenly of those that it stands for: [N, U] of [N]."""
+
     @property
     def keeps_doubt(self) -> bool:
         """Whether viewers forget so much after each action that nothing they think possible gets
@@ -392,6 +396,9 @@ class ContinuousWorld:
 
     def holding(self, viewers: tuple[Viewer, ...]) -> NoReturn:
         raise NotImplementedError("nobody holds particles")
+
+    def acting(self, rows: np.ndarray, generator: np.random.Generator) -> NoReturn:
+        raise NotImplementedError("actions cannot be listed")
 
     def alternatives(
         self, tables: Tables, state: Array, action: Array, after: Array

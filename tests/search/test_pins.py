@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from jax.tree import leaves as tree_leaves
 
-from i2pdsl.errors import Source
+from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.pins import broken, pinned, still_to_break
@@ -218,6 +220,51 @@ def test_a_descent_keeps_what_is_done_and_comes_near_to_where_it_was_done() -> N
     assert np.array_equal(was.states[:4], now.states[:4])
     away = lambda path: np.abs(path.states[8:10, :2] - was.states[8:10, :2]).max()
     assert away(now) < 0.3 * away(free.trajectory)
+
+
+def test_frames_that_are_those_of_files(tmp_path: Path) -> None:
+    """What `keeping` keeps is written in a story, also of two scripts."""
+
+    def told(rest: str, world: str = "desk") -> Story:
+        return Story.from_text(f"world {world}\n{rest}\nsearch naive\n", tmp_path)
+
+    def task(pins: str) -> Any:
+        return told(f"length 12\nmaximize depict(G_hand = left)\n{pins}").task()
+
+    nine = told("length 9")
+
+    def script(name: str, story: Story, seed: int) -> Script:
+        story.solve(seed).script.save(tmp_path / f"{name}.json")
+        return Script.load(tmp_path / f"{name}.json")
+
+    first, other = (script(*each) for each in (("first", nine, 1), ("other", nine, 2)))
+    script("house", told("length 12", "house"), 0)
+    given = told("length 12").keeping(first, [1, 2, 3, 9]).task().kept
+    found = task('pin script[1..3] = "first.json"\npin script[9] = "first.json"').kept
+    assert given is not None
+    assert found.frames == given.frames == (1, 2, 3, 9)
+    assert found.runs == [(1, 3), (9, 9)]
+    near = [0, 1, 2, 3, 8, 9]
+    assert np.array_equal(found.path.states[near], given.path.states[near])
+    assert np.array_equal(found.path.actions[[0, 1, 2, 8]], given.path.actions[[0, 1, 2, 8]])
+    both = task('pin script[1..3] = "first.json"\npin script[4..6] = "other.json"').kept
+    assert both.frames == (1, 2, 3, 4, 5, 6)
+    assert np.array_equal(both.path.actions[:3], first.trajectory.actions[:3])
+    assert np.array_equal(both.path.actions[3:6], other.trajectory.actions[3:6])
+    assert np.array_equal(both.path.states[:3], first.trajectory.states[:3])
+    assert np.array_equal(both.path.states[3:7], other.trajectory.states[3:7])
+    # And what is wrong with them is said at the pin.
+    for file, message in (("first", "has 9 frames"), ("house", "another world"), ("no", "no such")):
+        with pytest.raises(StoryError) as problem:
+            task(f'pin script[2..10] = "{file}.json"')
+        (diagnostic,) = problem.value.diagnostics
+        assert message in diagnostic.message
+        assert diagnostic.span.text == f'"{file}.json"'
+    for file in ("../first.json", "/etc/first.json", "first.story", ".json/..", ""):
+        with pytest.raises(StoryError, match="no script beside"):
+            task(f'pin script[2..3] = "{file}"')
+    (warning,) = told('length 12\npin script[1] = "no.json"').warnings
+    assert (warning.code, warning.severity) == ("keep", "warning")
 
 
 def test_a_pin_of_a_plane_moves_without_another_program() -> None:

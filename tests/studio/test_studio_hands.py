@@ -140,6 +140,25 @@ def test_frames_that_are_kept() -> None:
         hands.hold(StoryText(TEXT), lines, 9, 10)
 
 
+def test_frames_of_a_script_are_a_pin_as_others_are() -> None:
+    line = 'pin script[2..5] = "a.json"\n'
+    text = StoryText(f"world hill\nlength 9\n{line}")
+    assert hands.unpin(text, 3, None).text.endswith(
+        'pin script[2] = "a.json"\npin script[4..5] = "a.json"\n'
+    )
+    assert hands.unpin(text, 2, None, 5).text == "world hill\nlength 9\n"
+    assert hands.hold(text, ['pin script[1..6] = "b.json"'], 1, 6).text == (
+        'world hill\nlength 9\n\npin script[1..6] = "b.json"\n'
+    )
+    assert "length 10" in hands.insert(text, 6).text
+    for do in (lambda: hands.insert(text, 3), lambda: hands.cut(text, 1)):
+        with pytest.raises(Refusal, match=r"a\.json"):
+            do()
+    for do in (lambda: hands.unpin(text, 3, "hopper"), lambda: hands.move(text, 3, "box", 4)):
+        with pytest.raises(Refusal):
+            do()
+
+
 def test_lengths_beats_wishes() -> None:
     assert after("length", 20) == otherwise(("length 14", "length 20"))
     beats = "depict(rho > 0), depict(rho < 0), depict(rho = 0)"

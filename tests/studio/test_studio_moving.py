@@ -181,6 +181,19 @@ def test_the_box_is_moved_and_a_stretch_marked(moving: Any) -> None:
     shown.says(r"pin script\[20\.\.27\]: taut\(hopper\)")
     page.get_by_role("button", name=re.compile("Pin in frames 20 to 27")).press("Delete")
     shown.says("^(?![^]*taut)")
+    page.locator("#undo").click()
+    shown.solved()
+    shown.seek(12)
+    page.get_by_role("button", name="Hold to here").click()
+    shown.says(r'pin script\[1\.\.12\] = "pull\.kept\.json"')
+    shown.solved()
+    page.get_by_role("button", name=re.compile("Pin in frames 1 to 12: as in pull")).wait_for()
+    page.get_by_role("button", name="Pin a stretch").click()
+    page.get_by_label("First frame").fill("28")
+    page.get_by_label("Last frame").fill("29")
+    page.get_by_label("What shall hold").select_option("all as it is now")
+    page.get_by_role("button", name="Pin", exact=True).click()
+    shown.says(r'pin script\[28\.\.29\] = "pull\.kept(-2)?\.json"')
 
 
 def test_what_is_offered_in_each_world(walk: Made, pull: Made, tmp_path: Path) -> None:
@@ -188,6 +201,6 @@ def test_what_is_offered_in_each_world(walk: Made, pull: Made, tmp_path: Path) -
 
     plane, hill = (outline(each.story, Folder(tmp_path))["can"] for each in (walk, pull))
     assert (plane["drag"], plane["start"], plane["hold"]) == (["little", "big"], True, True)
-    assert (hill["drag"], hill["start"], hill["hold"]) == (["hopper", "box"], False, False)
+    assert (hill["drag"], hill["start"], hill["hold"]) == (["hopper", "box"], False, True)
     with pytest.raises(Refusal, match="begin like this"):
         spots(pull.story, making.world_of(pull.story, Watch()), 0, "box")

@@ -2,6 +2,7 @@
 import { clamp, fill, h } from "./dom.js";
 
 const USUAL = 8; // a film has so many stretches of the usual length
+const AS_IT_IS = "=";
 
 export class During {
   #number = 0;
@@ -68,14 +69,16 @@ export class During {
     const before = this.choice.value;
     const share = (now, text) =>
       / [<>]= /.test(text) ? `now ${Number(now.toPrecision(2))}` : `now ${Math.round(100 * now)} %`;
+    const can = this.studio.story?.can.hold;
     fill(
       this.choice,
+      can ? h("option", { value: AS_IT_IS }, "all as it is now") : null,
       reply.offers.map(({ text, about, now }) =>
         h("option", { value: text, title: about }, `${text}  (${share(now, text)})`),
       ),
       h("option", { value: "" }, "something else …"),
     );
-    if (before && reply.offers.some(({ text }) => text === before)) this.choice.value = before;
+    if ([...this.choice.options].some(({ value }) => value === before)) this.choice.value = before;
     this.#chosen();
   };
 
@@ -89,6 +92,11 @@ export class During {
     const [first, last] = this.frames;
     const condition = this.choice.value || this.own.value.trim();
     if (first > last || !condition) return;
-    if (await this.studio.byHand("i2p/say", { first, last, condition })) this.close();
+    const film = this.studio.film.id;
+    const done =
+      condition === AS_IT_IS
+        ? this.studio.byHand("i2p/hold", { film, first, last })
+        : this.studio.byHand("i2p/say", { first, last, condition });
+    if (await done) this.close();
   }
 }

@@ -14,6 +14,7 @@ from i2pdsl.worlds.grid.problems import problems_of_minds, thought_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.hypotheses import parts_of, rationality_of
 from i2pdsl.worlds.minds import (
+    Rows,
     Seen,
     Space,
     problems_in,
@@ -32,13 +33,7 @@ def swarms_of(
     """Those of each viewer, None of one who holds all hypotheses; empty where nobody has any."""
     if not (spec.is_sampled or any(viewer.particles for viewer in viewers)):
         return ()
-    if spec.is_sampled:
-        space = space_of_groups(minds_of_all(spec))
-        rows = rows_of(space, words.hypotheses, words.kept)
-    else:
-        flags = [rationality_of(c.name) for c in spec.characters]
-        space = space_of(words.hypotheses, parts_of(spec.characters), flags)
-        rows = rows_of(space, words.hypotheses)
+    space, rows = space_and_rows(spec, words)
     found: list[SwarmTables | None] = []
     for o, viewer in enumerate(viewers):
         plan = viewer.particles or (Particles() if spec.is_sampled else None)
@@ -51,7 +46,7 @@ def swarms_of(
             raise error("audience", message, whole_file(spec.name), hint)
         known = np.array(viewer.known or (True,) * len(words.hypotheses))
         if spec.is_sampled:
-            problems = _problems(spec, space)
+            problems = problems_of_particles(spec, space)
             columns = [np.arange(column.shape[1]) for column in tables.columns]
         else:
             problems, columns = problems_of_rows(rows.index, [c[o] for c in tables.columns])
@@ -62,7 +57,17 @@ def swarms_of(
     return tuple(found)
 
 
-def _problems(spec: GridSpec, space: Space) -> list[Index]:
+def space_and_rows(spec: GridSpec, words: Vocabulary) -> tuple[Space, Rows]:
+    """The hypotheses of a world by parts, and how its rows tell them apart."""
+    if spec.is_sampled:
+        space = space_of_groups(minds_of_all(spec))
+        return space, rows_of(space, words.hypotheses, words.kept)
+    flags = [rationality_of(c.name) for c in spec.characters]
+    space = space_of(words.hypotheses, parts_of(spec.characters), flags)
+    return space, rows_of(space, words.hypotheses)
+
+
+def problems_of_particles(spec: GridSpec, space: Space) -> list[Index]:
     """Of each character the number of its problem (problem_keys) under a hypothesis."""
     found = []
     for c, known in zip(spec.characters, problems_of_minds(spec), strict=True):

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.particles import SwarmTables, looked_up
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
@@ -43,7 +43,7 @@ from i2pdsl.worlds.grid.problems import (
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.grid.swarms import swarms_of
+from i2pdsl.worlds.grid.swarms import problems_of_particles, space_and_rows, swarms_of
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
@@ -132,6 +132,14 @@ class GridWorld:
     @property
     def lists_hypotheses(self) -> bool:
         return not self.spec.is_sampled
+
+    def acting(self, rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        if self.lists_hypotheses:
+            return np.broadcast_to(rows[:, None], (len(rows), len(self.moves.weak)))
+        space, every = space_and_rows(self.spec, self.vocabulary)
+        minds = every.drawn(rows, generator)
+        problems = problems_of_particles(self.spec, space)
+        return np.stack([looked_up(each, minds) for each in problems], axis=-1)
 
     @property
     def keeps_doubt(self) -> bool:
