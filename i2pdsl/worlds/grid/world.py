@@ -21,7 +21,7 @@ from i2pdsl.worlds.grid.arrays import (
     Tables,
     arrangement,
     cells_at,
-    looked_up,
+    entries,
     namespace,
     padded,
     state_count,
@@ -164,7 +164,7 @@ class GridWorld:
 
     def row(self, tables: Tables, rows: Array, state: Array) -> Array:
         cells = cells_at(tables, arrangement(tables, state))
-        return sum(looked_up(part, cells[..., e]) for e, part in enumerate(rows))
+        return sum(entries(part, cells[..., e]) for e, part in enumerate(rows))
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
