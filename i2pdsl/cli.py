@@ -6,6 +6,7 @@ Exit status (interfaces.md): 0 done, 1 the story, world or script is wrong, 2 wr
 
 from __future__ import annotations
 
+import gc
 import os
 
 from i2pdsl.interrupts import INTERRUPTED, Terminated, finish, ready, watch_signals
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 def main(arguments: list[str] | None = None) -> None:
     """The program."""
     watch_signals()
+    # A command ends soon, and what it imports stays: looking for garbage in it took a tenth of it.
+    gc.set_threshold(20_000, 20, 20)
     os.environ["MPLBACKEND"] = "agg"  # of windows, which we have none of; a wrong one is fatal
     # Our matrices are small, and threads of a BLAS wait for each other by spinning.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

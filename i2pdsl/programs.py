@@ -1,22 +1,14 @@
 """Compiled programs on disk: what was compiled for one world or story serves all of its shape.
 
-A file of the cache is machine code, which is run as it is; so only what this user's i2pdsl wrote
-is ever loaded. Each file begins with a keyed digest (HMAC-SHA256, RFC 2104) of the rest, under a
-key that lies outside the cache and that only the user can read. The cache may be deleted, damaged
-or shared at any time; whoever has another key has files of other names.
+A file of the cache is machine code, which is run as it is; so it is signed (signed.py).
 """
 
 from __future__ import annotations
 
-import errno
 import hashlib
-import hmac
 import os
 import platform
-import secrets
-import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
@@ -26,8 +18,7 @@ from typing import Any
 import jax
 from jax.experimental import serialize_executable
 
-from i2pdsl.resources import atomic_path, cache_folder
-from i2pdsl.untrusted import read_bytes
+from i2pdsl.signed import read_signed, signed_path, write_signed
 
 Array = Any
 Say = Callable[[str], None]
@@ -36,7 +27,6 @@ Say = Callable[[str], None]
 _SOURCES = ("audience", "objective", "planning", "programs.py", "search", "sizes.py", "worlds")
 _LIBRARIES = ("equinox", "jax", "jaxlib", "jaxopt", "optax", "optimistix")
 
-_DIGEST = hashlib.sha256().digest_size
 _MOST_BYTES = 256 * 2**20  # of a file: a program has some 1 MB
 
 
@@ -136,13 +126,10 @@ def compiled_program(
 def _program_path(description: str, say: Say) -> Path | None:
     """The file of a program, or None where none can be kept; that is said once."""
     try:
-        name = hmac.digest(_key(), b"name", "sha256").hex()[:8]
-        folder = cache_folder("programs")
+        return signed_path("program", f"{_fingerprint()} {description}")
     except OSError as problem:
         _say_once(f"compiled programs are not kept for the next run: {problem}", say)
-        return None
-    digest = hashlib.sha256(f"{_fingerprint()} {description}".encode()).hexdigest()[:32]
-    return folder / f"{digest}-{name}.program"
+    return None
 
 
 _said: set[str] = set()
@@ -152,35 +139,6 @@ def _say_once(message: str, say: Say) -> None:
     if message not in _said:
         _said.add(message)
         say(message)
-
-
-@cache
-def _key() -> bytes:
-    """The secret under which this user's programs are signed; made at its first use.
-
-    Raises OSError where it can neither be read nor kept.
-    """
-    from platformdirs import user_state_path
-
-    path = user_state_path("i2pdsl") / "program-key"
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    for _ in range(3):  # another process may be making it
-        try:
-            key = read_bytes(path, _DIGEST)
-            if len(key) == _DIGEST:
-                return key
-            path.unlink()
-        except FileNotFoundError:
-            pass
-        handle, name = tempfile.mkstemp(dir=path.parent)  # only the user may read it
-        try:
-            with open(handle, "wb") as file:
-                file.write(secrets.token_bytes(_DIGEST))
-            with suppress(FileExistsError):
-                os.link(name, path)  # of several processes the first one's counts
-        finally:
-            os.unlink(name)
-    raise OSError(errno.EIO, "it cannot be read back", str(path))
 
 
 @cache
@@ -279,11 +237,8 @@ def _load(
     if path is None:
         return None
     try:
-        data = read_bytes(path, _MOST_BYTES)
-        if not hmac.compare_digest(hmac.digest(_key(), data[_DIGEST:], "sha256"), data[:_DIGEST]):
-            raise ValueError("it is not what was written")
         return serialize_executable.deserialize_and_load(
-            data[_DIGEST:],
+            read_signed(path, _MOST_BYTES),
             jax.tree.structure(((0,) * given, {})),
             jax.tree.structure([0] * made),
             execution_devices=jax.devices()[:devices],
@@ -302,7 +257,6 @@ def _store(path: Path | None, compiled: jax.stages.Compiled, say: Say) -> None:
         return
     program, _, _ = serialize_executable.serialize(compiled)
     try:
-        with atomic_path(path) as temporary:
-            temporary.write_bytes(hmac.digest(_key(), program, "sha256") + program)
+        write_signed(path, program)
     except OSError as problem:
         _say_once(f"compiled programs are not kept for the next run: {problem}", say)

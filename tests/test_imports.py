@@ -45,7 +45,7 @@ def graph() -> dict[str, set[str]]:
 # From below to above; what is not listed stands beside the room that it is named after.
 FLOORS = (
     ("errors", "forks", "interrupts", "sizes", "shown"),
-    ("resources", "untrusted", "npz", "computing", "programs"),
+    ("resources", "untrusted", "npz", "computing", "programs", "signed"),
     ("language", "planning"),
     ("worlds", "audience", "answers"),
     ("objective", "folders"),

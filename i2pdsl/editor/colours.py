@@ -14,11 +14,10 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import NamedTuple
 
-from lark import Lark
-
 from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENT_WORDS
 from i2pdsl.language.forms import BY_TERMINAL
+from i2pdsl.language.tables import Tables
 
 EVER = ("NEVER_KW", "EVENTUALLY_KW", "WHEN_KW")  # what is asked of all frames
 TERMINALS = {
@@ -183,26 +182,23 @@ def _scan(
 
 @cache
 def _story() -> tuple[re.Pattern[str], tuple[str, ...]]:
-    from i2pdsl.language.parse import grammar
+    from i2pdsl.language.parse import tables
 
     # NAMED is a NAME with `=` behind it; NAME_T is `t` too.
-    return _alternatives(grammar(), ("NAMED", "NAME_T"))
+    return _alternatives(tables(), ("NAMED", "NAME_T"))
 
 
 @cache
 def _world(file: str) -> tuple[re.Pattern[str], tuple[str, ...]]:
-    from i2pdsl.worlds.blocks import grammar
+    from i2pdsl.worlds.blocks import tables
 
-    return _alternatives(grammar(file), ("ROW",))
+    return _alternatives(tables(file), ("ROW",))
 
 
-def _alternatives(grammar: Lark, but: tuple[str, ...]) -> tuple[re.Pattern[str], tuple[str, ...]]:
+def _alternatives(tables: Tables, but: tuple[str, ...]) -> tuple[re.Pattern[str], tuple[str, ...]]:
     """One pattern with a group for each terminal, in the order in which Lark tries them."""
-    terminals = sorted(
-        (t for t in grammar.terminals if t.name not in but),
-        key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name),
-    )
-    groups = "|".join(f"({_without_groups(t.pattern.to_regexp())})" for t in terminals)
+    terminals = [t for t in tables.terminals if t.name not in but]
+    groups = "|".join(f"({_without_groups(t.pattern)})" for t in terminals)
     return re.compile(groups), tuple(t.name for t in terminals)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from lark import Lark, Token, Tree
@@ -25,30 +25,32 @@ from i2pdsl.language.statements import (
     split_statements,
     too_deep,
 )
-from i2pdsl.language.tables import Tables, UnexpectedError
+from i2pdsl.language.tables import Tables, UnexpectedError, lark_of
 from i2pdsl.resources import data_folder
 
 MOST_UNKNOWN = 10  # lines that begin no statement, of a text that is no story, that are reported
 
 
+STARTS = ("statement", "expression")
+
+
+@cache
+def grammar_text() -> str:
+    """The grammar of stories, as Lark reads it."""
+    text = (data_folder("grammar") / "story.lark").read_text(encoding="utf-8")
+    return with_marks(with_words(text))
+
+
 @cache
 def grammar() -> Lark:
-    """The LALR(1) parser of stories."""
-    text = (data_folder("grammar") / "story.lark").read_text(encoding="utf-8")
-    return Lark(
-        with_marks(with_words(text)),
-        parser="lalr",
-        lexer="contextual",
-        start=["statement", "expression"],
-        propagate_positions=True,
-        maybe_placeholders=True,
-    )
+    """Lark's own LALR(1) parser of stories."""
+    return lark_of(grammar_text(), STARTS)
 
 
 @cache
 def tables() -> Tables:
     """The same grammar, for a faster driver."""
-    return Tables(grammar(), _FLAT)
+    return Tables.kept(grammar_text(), STARTS, FLAT)
 
 
 def parse_file(path: Path | str) -> ast.Program:
@@ -95,8 +97,9 @@ def few_unknown(problems: list[Diagnostic]) -> list[Diagnostic]:
     return [told if d is last else d for d in kept]
 
 
+@lru_cache(64)
 def parse_expression(source: Source) -> ast.Expr:
-    """Parses a single expression, as asked in a query."""
+    """Parses a single expression, as asked in a query: often the same one, of many scripts."""
     check_text(source)
     span = Span(source, 0, len(source.text))
     if not source.text.strip():
@@ -157,7 +160,7 @@ def _too_deep(tree: Tree[Token], source: Source) -> Span:
     stack: list[tuple[Tree[Token], int]] = [(tree, 0)]
     while stack:
         node, depth = stack.pop()
-        if node.data not in _FLAT:
+        if node.data not in FLAT:
             depth += 1
             if depth > DEEPEST + 10:
                 break
@@ -165,6 +168,6 @@ def _too_deep(tree: Tree[Token], source: Source) -> Span:
     return Span(source, node.meta.start_pos, node.meta.end_pos)
 
 
-_FLAT = frozenset(
+FLAT = frozenset(
     ("group", "argument", "argument_named", "about", "given", "settings", "set", "turn")
 )

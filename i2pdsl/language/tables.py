@@ -7,15 +7,22 @@ two states on top of the stack and the next terminal. The trees are Lark's `Tree
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from contextlib import suppress
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import lark
 from lark import Lark, Token, Tree
 from lark.parsers.lalr_analysis import Shift
 
+from i2pdsl.signed import read_signed, signed_path, write_signed
+
 END = "$END"
+_MOST_BYTES = 2**22  # of a file of the cache: the largest grammar has 110 kB
 _IGNORED = r"(?:\s+|#[^\n]*)*"
 _IGNORED_BEFORE_ROWS = r"\s*"  # on a map `#` is a wall
 
@@ -88,47 +95,71 @@ class _Rule:
     inlined: bool
 
 
-class Tables:
-    """The tables of a grammar. `flat` names the trees that do not count as nesting."""
+class Terminal(NamedTuple):
+    """A terminal of the grammar: its regular expression, and the text it is of, if it has one."""
 
-    def __init__(self, grammar: Lark, flat: Iterable[str] = ()):
-        table = grammar.parser.parser._parse_table
-        self.flat = frozenset(flat)
-        self.starts: dict[str, int] = table.start_states
-        self.ends = frozenset(table.end_states.values())
-        self.rules: list[_Rule] = []
-        numbers: dict[int, int] = {}
-        self.actions: list[dict[str, int]] = []  # the next state, or ~ the number of a rule
-        for state in range(len(table.states)):
-            row: dict[str, int] = {}
-            for symbol, (action, argument) in table.states[state].items():
-                if action is not Shift and id(argument) not in numbers:
-                    numbers[id(argument)] = len(self.rules)
-                    self.rules.append(_rule(argument, self.flat))
-                row[symbol] = argument if action is Shift else ~numbers[id(argument)]
-            self.actions.append(row)
-        terminals = sorted(
-            grammar.terminals,
-            key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name),
-        )
-        patterns = {t.name: t.pattern.to_regexp() for t in terminals}
-        scanners: dict[frozenset[str], re.Pattern[str]] = {}
-        self.scanners: list[re.Pattern[str]] = []
-        for row in self.actions:
-            fitting = frozenset(name for name in row if name in patterns)
-            if fitting not in scanners:
-                scanners[fitting] = _scanner([n for n in patterns if n in fitting], patterns)
-            self.scanners.append(scanners[fitting])
-        words = [name for name in patterns if name not in grammar.ignore_tokens]
-        self.any_word = _scanner(words, patterns)
+    name: str
+    pattern: str
+    value: str
+    is_text: bool
+
+
+class Tables:
+    """The tables of a grammar; terminals in the order in which Lark tries them."""
+
+    def __init__(
+        self,
+        starts: dict[str, int],
+        ends: Iterable[int],
+        rules: Iterable[Iterable[Any]],
+        actions: list[dict[str, int]],
+        terminals: Iterable[Iterable[Any]],
+        ignored: Iterable[str],
+    ):
+        self.starts = starts
+        self.ends = frozenset(ends)
+        self.rules = [_Rule(*rule) for rule in rules]
+        self.actions = actions  # the next state, or ~ the number of a rule
+        self.terminals = tuple(Terminal(*terminal) for terminal in terminals)
+        self._patterns = {t.name: t.pattern for t in self.terminals}
+        ignored = frozenset(ignored)
+        self.any_word = _scanner([n for n in self._patterns if n not in ignored], self._patterns)
+        self.scanners: list[re.Pattern[str] | None] = [None] * len(actions)
+        self._made: dict[frozenset[str], re.Pattern[str]] = {}
         self.renamed: dict[tuple[int, int, str], int] = {}
+
+    @classmethod
+    def kept(cls, text: str, starts: tuple[str, ...], flat: frozenset[str] = frozenset()) -> Tables:
+        """Those of a grammar's text, from the cache if they were made before: that takes Lark
+        a fifth of a second. `flat` names the trees that do not count as nesting."""
+        ours = Path(__file__).read_text(encoding="utf-8")
+        described = (text, starts, sorted(flat), lark.__version__, ours)
+        path = None
+        with suppress(OSError, ValueError):
+            path = signed_path("grammar", repr(described))
+            return cls(*json.loads(read_signed(path, _MOST_BYTES)))
+        said = json.dumps(description(lark_of(text, starts), flat))
+        with suppress(OSError):
+            if path is not None:
+                write_signed(path, said.encode())
+        return cls(*json.loads(said))
+
+    def _scanner_of(self, state: int) -> re.Pattern[str]:
+        """What can stand where the parser is in a state; made when it comes there."""
+        fitting = frozenset(name for name in self.actions[state] if name in self._patterns)
+        if fitting not in self._made:
+            names = [name for name in self._patterns if name in fitting]
+            self._made[fitting] = _scanner(names, self._patterns)
+        found = self.scanners[state] = self._made[fitting]
+        return found
 
     def parse(self, text: str, start: int, end: int, rule: str) -> Tree[Token]:
         """The tree of a part of a text. Raises UnexpectedError."""
         states, values = [self.starts[rule]], list[Any]()
         scanners, feed = self.scanners, self._feed
         while True:
-            found = scanners[states[-1]].match(text, start, end)
+            scanner = scanners[states[-1]] or self._scanner_of(states[-1])
+            found = scanner.match(text, start, end)
             assert found is not None
             terminal = found.lastgroup
             if terminal is not None:  # as in `_next`, which is called for all tokens but these
@@ -162,7 +193,7 @@ class Tables:
         self, text: str, position: int, end: int, states: list[int], values: list[Any]
     ) -> Token:
         """The next token, or `$END`."""
-        scanner = self.scanners[states[-1]]
+        scanner = self.scanners[states[-1]] or self._scanner_of(states[-1])
         found = scanner.match(text, position, end)
         assert found is not None
         terminal = found.lastgroup
@@ -284,6 +315,43 @@ class Tables:
             top.append(
                 self.actions[top[-1] if top else states[kept - 1]][self.rules[~action].origin]
             )
+
+
+def lark_of(text: str, starts: Iterable[str]) -> Lark:
+    """Lark's parser of a grammar."""
+    return Lark(
+        text,
+        parser="lalr",
+        lexer="contextual",
+        start=list(starts),
+        propagate_positions=True,
+        maybe_placeholders=True,
+    )
+
+
+def description(grammar: Lark, flat: frozenset[str]) -> tuple[Any, ...]:
+    """What Tables are made of, of Lark's parser: as JSON can hold it."""
+    table = grammar.parser.parser._parse_table
+    rules: list[tuple[Any, ...]] = []
+    numbers: dict[int, int] = {}
+    actions: list[dict[str, int]] = []
+    for state in range(len(table.states)):
+        row: dict[str, int] = {}
+        for symbol, (action, argument) in table.states[state].items():
+            if action is not Shift and id(argument) not in numbers:
+                numbers[id(argument)] = len(rules)
+                rules.append(astuple(_rule(argument, flat)))
+            row[str(symbol)] = argument if action is Shift else ~numbers[id(argument)]
+        actions.append(row)
+    terminals = sorted(
+        grammar.terminals,
+        key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name),
+    )
+    told = [
+        (t.name, t.pattern.to_regexp(), t.pattern.value, t.pattern.type == "str") for t in terminals
+    ]
+    starts = {str(start): state for start, state in table.start_states.items()}
+    return starts, sorted(table.end_states.values()), rules, actions, told, grammar.ignore_tokens
 
 
 def _rule(rule: Any, flat: frozenset[str]) -> _Rule:

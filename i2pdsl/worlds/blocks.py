@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
-from lark import Lark, Token, Tree
+from lark import Token, Tree
 
 from i2pdsl.errors import (
     MOST_SHOWN,
@@ -112,21 +112,10 @@ def header(source: Source) -> str:
 
 
 @cache
-def grammar(file: str) -> Lark:
-    text = (data_folder("grammar") / file).read_text(encoding="utf-8")
-    return Lark(
-        with_marks(text),
-        parser="lalr",
-        lexer="contextual",
-        start=["statement", "entries"],
-        propagate_positions=True,
-    )
-
-
-@cache
 def tables(file: str) -> Tables:
-    """The same grammar, for a faster driver."""
-    return Tables(grammar(file))
+    """The tables of one of the grammars of worlds and studies."""
+    text = (data_folder("grammar") / file).read_text(encoding="utf-8")
+    return Tables.kept(with_marks(text), ("statement", "entries"))
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ from i2pdsl.editor.colours import (
 from i2pdsl.editor.lexer import TOKENS, StoryLexer, WorldLexer
 from i2pdsl.errors import Source
 from i2pdsl.language.builtins import FUNCTIONS, RESERVED, STATEMENT_WORDS
-from i2pdsl.language.parse import grammar, statement_tree
+from i2pdsl.language.parse import statement_tree, tables
 from i2pdsl.language.statements import split_statements
-from i2pdsl.worlds.blocks import grammar as world_grammar
+from i2pdsl.worlds.blocks import tables as world_tables
 from i2pdsl.worlds.kinds import KINDS as WORLD_KIND_NAMES
 from i2pdsl.worlds.kinds import kind_named, syntax_of
 
@@ -50,9 +50,9 @@ TEXTS = st.lists(st.sampled_from([*WORDS, *SIGNS, *KEYWORDS]), max_size=60).map(
 
 
 def test_every_terminal_has_a_kind() -> None:
-    assert set(TERMINALS) == {t.name for t in grammar().terminals}
+    assert set(TERMINALS) == {t.name for t in tables().terminals}
     for kind in WORLD_KIND_NAMES:
-        names = {t.name for t in world_grammar(kind_named(kind).syntax.grammar).terminals}
+        names = {t.name for t in world_tables(kind_named(kind).syntax.grammar).terminals}
         assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_KINDS)
     kinds = {*TERMINALS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
     assert set(TOKENS) == kinds
@@ -246,9 +246,9 @@ def test_walls_between_cells_are_no_comment() -> None:
 def samples() -> list[str]:
     """A word or sign of every terminal, and of every function."""
     found = [*FUNCTIONS, "pi", "rho", "G_robot", "R_cheese", "anything", '"text"', "12.5e-3"]
-    for terminal in grammar().terminals:
-        value = str(terminal.pattern.value)
-        if terminal.pattern.type == "str":
+    for terminal in tables().terminals:
+        value = terminal.value
+        if terminal.is_text:
             found.append(value)
         elif value.endswith(r"\b") and "(" not in value:
             found.append(value.removesuffix(r"\b"))

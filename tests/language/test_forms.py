@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from i2pdsl.language.forms import BELIEFS, BY_NAME, BY_TERMINAL, HIDDEN, Form
-from i2pdsl.language.parse import grammar
+from i2pdsl.language.parse import tables
 from i2pdsl.objective.meanings import NUMBERS, TABLES
 
 SOURCES = sorted((Path(__file__).parents[2] / "i2pdsl").rglob("*.py"))
@@ -37,7 +37,7 @@ def test_nothing_else_names_a_form(form: Form) -> None:
 
 
 def test_the_grammar_has_the_words_of_the_table() -> None:
-    patterns = {t.name: t.pattern.value for t in grammar().terminals}
+    patterns = {t.name: t.value for t in tables().terminals}
     for terminal, forms in BY_TERMINAL.items():
         assert forms, f"no form is written as {terminal}"
         assert patterns[terminal] == rf"({'|'.join(form.name for form in forms)})\b"

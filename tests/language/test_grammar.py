@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lark import Tree
+from lark import Lark, Tree
 from lark.exceptions import UnexpectedInput, UnexpectedToken
 
 from fuzz_for_tests import examples
@@ -24,9 +24,18 @@ from i2pdsl.language.builtins import (
     word_named,
 )
 from i2pdsl.language.forms import BY_NAME
-from i2pdsl.language.parse import grammar, parse, parse_expression, tables
+from i2pdsl.language.naming import with_marks
+from i2pdsl.language.parse import (
+    FLAT,
+    STARTS,
+    grammar,
+    grammar_text,
+    parse,
+    parse_expression,
+    tables,
+)
 from i2pdsl.language.statements import split_statements
-from i2pdsl.language.tables import UnexpectedError
+from i2pdsl.language.tables import Tables, UnexpectedError, lark_of
 
 ROOT = Path(__file__).parents[2]
 SIGNATURE = "maximize sum_t P(rho>0 | script[:t])"
@@ -244,9 +253,59 @@ def test_every_statement() -> None:
     assert program.of(ast.World)[0].settings[0].name.id == "beta"
 
 
+def grammar_of(which: str) -> tuple[str, tuple[str, ...], frozenset[str]]:
+    """The text of a grammar, where it can begin, and what does not count as nesting."""
+    if which == "story":
+        return grammar_text(), STARTS, FLAT
+    text = (ROOT / "grammar" / f"{which}.lark").read_text(encoding="utf-8")
+    return with_marks(text), ("statement", "entries"), frozenset()
+
+
+def said(tables: Tables) -> tuple[object, ...]:
+    """All that tables say."""
+    return tables.starts, tables.ends, tables.rules, tables.actions, tables.terminals
+
+
+@pytest.mark.parametrize("which", [p.stem for p in sorted((ROOT / "grammar").glob("*.lark"))])
+def test_tables_from_the_cache_are_those_that_are_made(
+    which: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
+    made: list[str] = []
+
+    def noted(text: str, starts: tuple[str, ...]) -> Lark:
+        made.append(text)
+        return lark_of(text, starts)
+
+    monkeypatch.setattr("i2pdsl.language.tables.lark_of", noted)
+    first = Tables.kept(*grammar_of(which))
+    (path,) = (tmp_path / "grammars").iterdir()
+    whole = path.read_bytes()
+    again = Tables.kept(*grammar_of(which))
+    assert len(made) == 1
+    assert said(again) == said(first)
+    assert again.any_word == first.any_word
+    for damaged in (whole[:40] + b"?" + whole[41:], whole[:1000], b""):
+        path.write_bytes(damaged)
+        anew = Tables.kept(*grammar_of(which))  # its states may have other numbers
+        assert anew.terminals == first.terminals
+        assert said(Tables.kept(*grammar_of(which))) == said(anew)
+    assert len(made) == 4
+
+
+def test_without_a_cache_grammars_are_read_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("no folder", encoding="utf-8")
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path / "file"))
+    ours = Tables.kept(*grammar_of("story"))
+    assert ours.terminals == tables().terminals
+    tree = ours.parse(SIGNATURE, 0, len(SIGNATURE), "statement")
+    assert tree == tables().parse(SIGNATURE, 0, len(SIGNATURE), "statement")
+
+
 def test_reserved_words_are_those_of_the_grammar() -> None:
     """`at` is a predicate's name as well, `before` a parameter's: they stay free."""
-    grammar()
     text = (ROOT / "grammar" / "story.lark").read_text(encoding="utf-8")
     words = set(re.findall(r"^[A-Z_]+(?:_KW|_VAR|_END|NAME_T)\.5: /(\w+)\\b/", text, re.MULTILINE))
     words |= BY_NAME.keys()  # put into the grammar from the table

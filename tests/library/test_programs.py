@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
-from i2pdsl import programs
+from i2pdsl import programs, signed
 from i2pdsl.computing import computing
 from i2pdsl.errors import Source
 from i2pdsl.pipeline import Story, load, story_from
@@ -238,16 +238,16 @@ def doubling(say: programs.Say) -> programs.Program:
 
 def test_the_key_is_the_users_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    programs._key.cache_clear()
-    first = programs._key()
+    signed._key.cache_clear()
+    first = signed._key()
     (path,) = (tmp_path / "state" / "i2pdsl").iterdir()
     assert path.stat().st_mode & 0o777 == 0o600
-    programs._key.cache_clear()
-    assert programs._key() == first
+    signed._key.cache_clear()
+    assert signed._key() == first
     path.write_bytes(b"short")
-    programs._key.cache_clear()
-    assert len(programs._key()) == 32
-    programs._key.cache_clear()
+    signed._key.cache_clear()
+    assert len(signed._key()) == 32
+    signed._key.cache_clear()
 
 
 def test_without_a_place_for_the_key_nothing_is_kept(
@@ -257,10 +257,10 @@ def test_without_a_place_for_the_key_nothing_is_kept(
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setattr(programs, "_memory", {})
     monkeypatch.setattr(programs, "_said", set())
-    programs._key.cache_clear()
+    signed._key.cache_clear()
     said: list[str] = []
     with computing():
         assert doubling(said.append).run(np.ones(3, np.float32)).tolist() == [2, 2, 2]
     assert len(said) == 1
     assert "compiled programs are not kept for the next run" in said[0]
-    programs._key.cache_clear()
+    signed._key.cache_clear()
