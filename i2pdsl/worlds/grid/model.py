@@ -194,7 +194,8 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     def of_outcomes(array: Array) -> Array:
         """[..., A_1, ..., *more] of actions, as [..., n_1, ..., *more] of outcomes."""
         for axis, effect in enumerate(effects):
-            array = array[(slice(None),) * (lead + axis) + (effect,)]
+            if effect != list(range(array.shape[lead + axis])):  # of those who never fail it is all
+                array = array[(slice(None),) * (lead + axis) + (effect,)]
         return array
 
     def placed(array: Array, more: int = 0) -> Array:
@@ -206,7 +207,9 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         outcomes = moves.outcomes[who]
         landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
-        row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
+        row = of_outcomes(log_policy(tables, who, seen))
+        if moves.weak[who]:
+            row = row[..., [a for a, _ in outcomes], :, :]
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
