@@ -19,6 +19,7 @@ from i2pdsl.objective.reach import frames_until
 from i2pdsl.objective.relaxed import least, relaxed
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.pipeline import Story
+from i2pdsl.studio.spots import spots
 from i2pdsl.worlds.grid import model, packed, parts
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.method import additive_bytes, is_computed
@@ -263,3 +264,6 @@ def test_a_story_is_searched_alike_told_and_read(tmp_path) -> None:
         assert (again.trajectory.states == result.script.trajectory.states).all()
     first, second = scripts
     assert second.score == pytest.approx(first.score, abs=1e-3)
+    told = Story.from_text(story, tmp_path)
+    offered = spots(told, told.world(), 1, "robot")["spots"]
+    assert {spot["possible"] for spot in offered} == {None}
