@@ -150,11 +150,11 @@ class Desk:
     def quiet(self) -> None:
         """Waits until the server has nothing more to do."""
         self.solved(best=True)
-        while True:
+        calm = 0
+        while calm < 2:  # idle work begins a moment after all else
             before = self.server.cpu()
-            self.page.wait_for_timeout(500)
-            if self.server.cpu() - before < 0.05:
-                return
+            self.page.wait_for_timeout(700)
+            calm = calm + 1 if self.server.cpu() - before < 0.1 else 0
 
     def box(self, selector: str) -> Any:
         for _ in range(200):
@@ -362,11 +362,12 @@ def memory(count: int) -> None:
         print("\nMemory\n\n| solves | server, MB | page, MB | server's CPU, s |\n|---|---|---|---|")
         random = Random(0)
         for number in range(count + 1):
-            if number % 50 == 0:
+            if number % max(1, count // 10) == 0:
                 desk.quiet()
                 desk.page.request_gc()
                 heap = desk.page.evaluate("performance.memory.usedJSHeapSize") / 1e6
-                print(f"| {number} | {server.memory():.0f} | {heap:.1f} | {server.cpu():.0f} |")
+                told = f"| {number} | {server.memory():.0f} | {heap:.1f} | {server.cpu():.0f} |"
+                print(told, flush=True)
             x, y = random.randint(0, 8), random.randint(0, 6)
             weight = random.randint(1, 99) / 100
             text = STORY.replace("depict", f"{weight} * depict")

@@ -22,7 +22,7 @@ from i2pdsl.errors import StoryError
 from i2pdsl.language.story import Particles
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
-from i2pdsl.objective.terms import story_objective
+from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Story
 from i2pdsl.search.rollout import resume
 from i2pdsl.worlds.grid.swarms import swarms_of
@@ -315,6 +315,10 @@ def test_a_script_is_held_against_other_particles() -> None:
     assert trust.method == "150 particles"
     assert trust.closer == "600 particles of another seed"
     assert far - 1e-9 <= trust.belief < 0.3
+    story = Story.from_text(STORY.replace("count = 150, seed = 3", "count = 600, seed = 4"))
+    world, path = story.world(), script.trajectory
+    seen = replay(world, path.states, path.actions)
+    assert trust.score == pytest.approx(float(score_script(story.typed, world, seen)), abs=1e-9)
     own, other = (s.query("P(rho > 0 | script[:t])") for s in (script, other))
     told = script.ask("P(rho > 0 | script[:t])").trust
     assert told.answer == pytest.approx(np.abs(own - other).max(), abs=1e-12)
