@@ -24,6 +24,7 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.pipeline import Story
+from i2pdsl.repl.session import Session
 from i2pdsl.search.rollout import resume
 from i2pdsl.worlds.grid.swarms import swarms_of
 from i2pdsl.worlds.grid.world import GridWorld
@@ -360,5 +361,14 @@ def test_how_many_particles_count_is_said(i2p: Run, tmp_path: Path) -> None:
     result = i2p(*asked)
     assert "12 particles, at least " in result.out
     assert "beliefs are rough: 12 particles" in result.err
-    told = json.loads(i2p(*asked, "--json").out)["particles"]
-    assert told[0]["count"] == 12
+    told = json.loads(i2p(*asked, "--json").out)
+    assert told["particles"][0]["count"] == 12
+    assert told["trust"]["closer"] == "48 particles of another seed"
+    assert f"this is off by {told['trust']['answer']:.2g}" in result.err
+    session = Session()
+    session.run(f"load {path}")
+    first, second = (session.run("P(rho > 0 | script[:t])") for _ in range(2))
+    assert first.said == second.said
+    assert "150 particles; by 600 particles of another seed this is off by" in first.said[-1]
+    assert len(session.run("P[all](rho > 0 | script[:t]) * 0").said) == 2
+    assert session.run("T").said == first.said[:1]
