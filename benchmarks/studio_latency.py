@@ -337,12 +337,13 @@ def typing(count: int) -> None:
                     childList: true, characterData: true });
                 }, { once: true, capture: true });
                 })"""
-            desk.page.evaluate(f"window.typed = ({wait})()")
+            desk.page.evaluate(f"() => {{ window.typed = ({wait})(); }}")  # not waited for
             desk.page.keyboard.press("abcdefgh"[number % 8])
             began, seen = desk.page.evaluate("window.typed")
             letters.append(seen - began)
             desk.page.wait_for_timeout(450)  # the film is begun, and the text was checked
-            answers = [n for n in desk.noted() if n["method"] == "textDocument/publishDiagnostics"]
+            found = [n for n in desk.noted() if n["at"] > began]
+            answers = [n for n in found if n.get("method") == "textDocument/publishDiagnostics"]
             if answers:
                 told.append(answers[0]["at"] - began)
     table(
