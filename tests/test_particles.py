@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
-from i2pdsl.audience import particles, renewal
+from i2pdsl.audience import particles, queries, renewal
 from i2pdsl.audience.filter import log_sum
 from i2pdsl.audience.particles import Swarm, SwarmTables
 from i2pdsl.errors import StoryError
@@ -142,6 +142,28 @@ def test_beliefs_converge_as_the_count_grows(forgetting: float) -> None:
         off[count] = np.sqrt(((beliefs[..., helps].sum(-1) - truth) ** 2).mean())
     assert off[512] < off[32] / 2.5  # by the square root of the count it is a quarter
     assert off[512] < 0.05
+
+
+def test_entropies_are_not_too_low() -> None:
+    """Of everything, on average over many seeds: what is added is what is missing."""
+    world, viewer = exact(0.05)
+    frames = script(world, 3)
+    _, beliefs = watch(world, viewer, frames, PLAN, range(150))
+    every = np.ones(beliefs.shape[-1], bool)
+    truth = -(np.exp(frames.log_belief[1:, 0]) * frames.log_belief[1:, 0]).sum(-1)
+    log = np.log(beliefs)[..., None, :]
+    off = {
+        how: (queries.entropy(log, None, every, counts=counts) - truth).mean()
+        for how, counts in (("plain", None), ("corrected", np.array([64.0])))
+    }
+    assert off["plain"] < -0.03
+    assert abs(off["corrected"]) < abs(off["plain"]) / 2
+    # Term by term, of one belief.
+    p, within = np.array([0.5, 0.25, 0.25, 1e-9]), np.array([True, True, False, True])
+    plain = -(2 / 3 * np.log(2 / 3) + 1 / 3 * np.log(1 / 3))
+    for count, missing in ((100, 1 / 150), (1, np.log(3) - plain), (np.inf, 0.0)):
+        found = queries.entropy(np.log(p)[None], None, within, counts=np.array([count]))
+        assert found == pytest.approx(plain + missing, abs=1e-6)
 
 
 def tables_of(world: GridWorld, viewer: Viewer) -> SwarmTables:

@@ -10,7 +10,8 @@ import peer_numpy
 import pytest
 from brute_force import nook, story_in
 from peer_arrays import Arrays, arrays_of
-from peers import plain_state, plain_world, values_of
+from peer_plain import plain_state, plain_world
+from peer_report import values_of
 
 import reference
 from i2pdsl.audience.queries import probability

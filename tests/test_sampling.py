@@ -191,7 +191,9 @@ def test_confusion_counts_what_is_most_believed() -> None:
     assert "unknown" in irrational.confusion("rho").drawn
 
 
-def test_the_command_writes_scripts_and_what_was_drawn(tmp_path: Path, i2p: Run) -> None:
+def test_the_command_writes_scripts_and_what_was_drawn(
+    tmp_path: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = with_small_world(tmp_path)
     (folder / "my.story").write_text(
         "world small\nlength 3\nmaximize depict(rho > 0)\n", encoding="utf-8"
@@ -210,8 +212,10 @@ def test_the_command_writes_scripts_and_what_was_drawn(tmp_path: Path, i2p: Run)
         assert script.record.story["drawn"]["rho"] == float(row["rho"]) > 0
         believed = script.query(f"P(rho = {row['rho']} | script[:T])")
         assert float(row["rho_p"]) == pytest.approx(believed)
-    said = i2p("sample", folder / "my.story", *options).out
+    monkeypatch.chdir(tmp_path)
+    said = i2p("sample", folder / "my.story", "-n", 2).out
     assert "most believed at the end is the truth in" in said
+    assert (tmp_path / "out" / "my" / "samples" / "samples.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from i2pdsl.fit.cues import cues
 from i2pdsl.fit.fit import seen_under
 from i2pdsl.fit.judgements import read_judgements
 from i2pdsl.fit.model import Asked, Cues, Model, Watching
+from i2pdsl.fit.odds import log_odds, logistic
 from i2pdsl.fit.questions import Study, study
 from i2pdsl.fit.report import agreement, plan_in_words
 from i2pdsl.fit.sampling import alike, modes
@@ -84,8 +85,7 @@ def predicted(
 def pooled(one: np.ndarray, other: np.ndarray, weight: Any = 0.5) -> np.ndarray:
     """The logarithmic pool of two predictions between 0 and 1: a weighted mean of log odds, [...]
     (Satopää et al. 2014, International Journal of Forecasting 30, 344-356)."""
-    log_odds = lambda p: np.log(p) - np.log1p(-p)
-    found: np.ndarray = 1 / (1 + np.exp(-weight * log_odds(one) - (1 - weight) * log_odds(other)))
+    found: np.ndarray = logistic(weight * log_odds(one) + (1 - weight) * log_odds(other))
     return found
 
 

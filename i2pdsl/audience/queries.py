@@ -14,6 +14,8 @@ from i2pdsl.audience.filter import Switching, log_sum, summed, update
 
 Array = Any
 
+LEAST = 2e-6  # of the belief of who holds particles: below, none need be there (particles.FLOOR)
+
 
 def _namespace(array: Array) -> Any:
     return array.__array_namespace__()
@@ -67,13 +69,32 @@ def _weighted_log(xp: Any, weights: Array, of: Array) -> Array:
 
 
 def entropy(
-    log_belief: Array, groups: Array | None, mask: Array, share: Array | None = None
+    log_belief: Array,
+    groups: Array | None,
+    mask: Array,
+    share: Array | None = None,
+    counts: Array | None = None,
 ) -> Array:
-    """- sum p log p in nats, of one latent's marginal or of the whole hypothesis."""
+    """- sum p log p in nats, of one latent's marginal or of the whole hypothesis.
+
+    Args:
+        counts: how many particles each observer holds, [O]; infinity of one who holds all
+            hypotheses. Frequencies of n particles in k values have (k - 1) / 2n too little entropy,
+            which is added (Miller's correction; Zhang and Grabchak 2013, DOI 10.3390/e15061999).
+    """
     xp = _namespace(log_belief)
     p = conditioned(log_belief, mask, share)
     p = p if groups is None else p @ groups
-    return -_weighted_log(xp, p, p).sum(-1).mean(-1)
+    each = -_weighted_log(xp, p, p).sum(-1)
+    if counts is not None:
+        within = xp.exp(log_sum(log_belief, mask))
+        values = (p * within[..., None] > LEAST).sum(-1)
+        possible = mask.sum() if groups is None else ((mask[:, None] * groups).sum(0) > 0).sum()
+        missing = xp.maximum(values - 1, 0) / (2 * counts * xp.maximum(within, LEAST))
+        # Never more than that of values which are all alike, but of what it is already.
+        most = xp.maximum(xp.log(possible * 1.0), each)
+        each = xp.minimum(each + missing, most)
+    return each.mean(-1)
 
 
 def divergence(first: Array, second: Array, groups: Array | None, mask: Array) -> Array:

@@ -216,10 +216,13 @@ def _table(comparison: tuple[Comparison, ...]) -> list[str]:
     if not comparison:
         return []
     width = max(len(one.name) for one in comparison)
-    lines = ["", f"{'':{width}} leave one out  worse by  error  (over people)       r     RMSE"]
+    lines = [
+        "",
+        f"{'':{width}} leave one out  worse by  error  (over people)  best for       r     RMSE",
+    ]
     for one in comparison:
         figures = f"{one.loo:13.5g} {one.difference:9.4g} {one.se:6.3g} {one.se_people:14.3g}"
-        lines.append(f"{one.name:{width}} {figures} {one.r:7.3f} {one.rmse:8.4g}")
+        lines.append(f"{one.name:{width}} {figures} {one.best_for:9} {one.r:7.3f} {one.rmse:8.4g}")
     return [*lines, ""]
 
 

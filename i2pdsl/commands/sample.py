@@ -27,7 +27,7 @@ MOST = 100_000
 )
 @click.option("--seed", type=click.IntRange(0), default=0, help="Of all that is drawn.")
 @click.option("--set", "settings", type=Assignment(), multiple=True, help="Replace a value.")
-@click.option("--out", type=click.Path(file_okay=False), required=True, help="The folder.")
+@click.option("--out", type=click.Path(file_okay=False), help="Default out/STORY/samples.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")
 def sample(
     story: str,
@@ -36,7 +36,7 @@ def sample(
     count: int,
     seed: int,
     settings: tuple[tuple[str, str], ...],
-    out: str,
+    out: str | None,
     as_json: bool,
 ) -> None:
     """Let the characters act under hypotheses that are drawn, and tell how well they are inferred.
@@ -46,10 +46,11 @@ def sample(
     from i2pdsl.progress import Bars
     from i2pdsl.resources import write_text
     from i2pdsl.tables import as_csv
+    from i2pdsl.untrusted import plain_name
 
-    folder = Path(out)
-    check_writable(folder)
     told = load_story(story, settings)
+    folder = Path("out") / plain_name(told.typed.name) / "samples" if out is None else Path(out)
+    check_writable(folder)
     show(told.warnings)
     with Bars() as bars:
         found = told.sample(count, given, seed, assume, bars.watch)

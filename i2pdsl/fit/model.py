@@ -5,13 +5,8 @@ spread in the group, and everybody's own values are drawn from a normal distribu
 the parameter's unbounded scale; non-centred, as Papaspiliopoulos, Roberts and Skoeld 2007 advise,
 DOI 10.1214/088342307000000014).
 
-A viewer: how sharply choices are expected, forgetting, the prior over every latent's values. An
-answer: a viewer's probability p is placed on the slider where the log odds are bias + slope logit p
-(linear in log odds: Gonzalez and Wu 1999, DOI 10.1006/cogp.1998.0710) plus logistic noise, so that
-people differ most where they are unsure, in steps of RESOLUTION; or, with the lapse's probability,
-anywhere. A choice among events is made with probabilities proportional to p ** slope; of two
-films the one of which p says more, with odds that are those of p to the power of slope, one divided
-by the other (Luce 1959, Individual Choice Behavior).
+A viewer: how sharply choices are expected, forgetting, the prior over every latent's values. What
+becomes of a belief as it is told: answering.py.
 """
 
 from __future__ import annotations
@@ -25,16 +20,15 @@ import jax.numpy as jnp
 import numpy as np
 import numpyro
 import numpyro.distributions as dist
-from jax.nn import log_sigmoid, logsumexp, sigmoid
+from jax.nn import logsumexp, sigmoid
 
+from i2pdsl.fit.answering import log_choice, log_pair, log_slider, slider_mean
+from i2pdsl.fit.odds import normal_points
 from i2pdsl.fit.viewers import Answers, Seen, Viewer
 
 Array = Any
 
-RESOLUTION = 0.01  # of a slider
 PAIR = -1  # in the place of a number of options: one of two films
-_SURE = 1e-6  # no viewer is surer
-SD = np.pi / np.sqrt(3)  # of the standard logistic distribution
 
 
 class Scale(NamedTuple):
@@ -285,9 +279,9 @@ class Model:
             return jnp.where(asked.options == PAIR, pair, slider)
 
         if "misfit" in values:
-            places, weights = np.polynomial.hermite_e.hermegauss(9)
+            places, weights = normal_points(9)
             means = jax.vmap(mean)(values["misfit"] * jnp.asarray(places))
-            first = (weights / weights.sum()) @ means
+            first = weights @ means
         else:
             first = mean(jnp.zeros(()))
         if not several:
@@ -359,54 +353,3 @@ class Model:
             found["misfit"] = sites["misfit"]
             found["deviation"] = sites["misfit"] * sites["deviation"]
         return found
-
-
-def log_slider(answer: Array, p: Array, own: dict[str, Array]) -> Array:
-    """log of the probability of a slider's position."""
-    middle, width = placed(p, own), own["noise"] / SD
-    half = RESOLUTION / 2
-    up, down = jnp.clip(answer + half, half, 1 - half), jnp.clip(answer - half, half, 1 - half)
-    # Of what lies beyond the ends there is no more than one side.
-    up = jnp.where(answer > 1 - half, down + half / 2, up)
-    down = jnp.where(answer < half, up - half / 2, down)
-    high, low = (_log_odds(up) - middle) / width, (_log_odds(down) - middle) / width
-    inside = log_sigmoid(high) + log_sigmoid(-low) + jnp.log(-jnp.expm1(low - high))
-    at = jnp.where(answer > 1 - half, log_sigmoid(-low), inside)
-    at = jnp.where(answer < half, log_sigmoid(high), at)
-    anywhere = jnp.log(own["lapse"]) + np.log(RESOLUTION / (1 + RESOLUTION))
-    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + at, anywhere)
-
-
-def slider_mean(p: Array, own: dict[str, Array]) -> Array:
-    """The mean of a slider's position."""
-    middle, width = placed(p, own), own["noise"] / SD
-    marks = np.arange(RESOLUTION / 2, 1, RESOLUTION)
-    above = sigmoid((middle[..., None] - _log_odds(marks)) / width[..., None]).sum(-1) * RESOLUTION
-    return (1 - own["lapse"]) * above + own["lapse"] / 2
-
-
-def placed(p: Array, own: dict[str, Array]) -> Array:
-    """Where a belief is placed on the slider, in log odds."""
-    return own["bias"] + own["slope"] * _log_odds(jnp.clip(p, _SURE, 1 - _SURE))
-
-
-def _log_odds(x: Array) -> Array:
-    return jnp.log(x) - jnp.log1p(-x)
-
-
-def log_choice(chosen: Array, p: Array, options: Array, own: dict[str, Array]) -> Array:
-    """log of the probability of a choice among the first `options` of K events."""
-    there = jnp.arange(p.shape[1]) < jnp.maximum(options, 1)[:, None]
-    worth = own["slope"][:, None] * jnp.log(jnp.clip(p, _SURE, 1.0))
-    worth = jnp.where(there, worth, -jnp.inf)
-    made = jnp.take_along_axis(worth, chosen[:, None], 1)[:, 0] - logsumexp(worth, axis=1)
-    anywhere = jnp.log(own["lapse"]) - jnp.log(jnp.maximum(options, 1))
-    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + made, anywhere)
-
-
-def log_pair(first: Array | float, p: Array, own: dict[str, Array]) -> Array:
-    """log of the probability that the first of two films is chosen, or the other."""
-    one, other = (_log_odds(jnp.clip(p[:, k], _SURE, 1 - _SURE)) for k in (0, 1))
-    odds = own["slope"] * (one - other) + own["apart"]
-    made = log_sigmoid(jnp.where(jnp.asarray(first) > 0.5, odds, -odds))
-    return jnp.logaddexp(jnp.log1p(-own["lapse"]) + made, jnp.log(own["lapse"] / 2))

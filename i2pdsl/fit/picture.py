@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from itertools import zip_longest
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from i2pdsl.errors import shorten
@@ -30,8 +31,6 @@ def draw_agreement(report: Report, path: Path) -> None:
 
     Call it within `matplotlib_settings` of nobody else: it makes its own figure.
     """
-    from matplotlib.figure import Figure
-
     cells, scale = report.cells, report.fitted.study.scale
     people, model = (np.array([getattr(c, n) for c in cells]) for n in ("people", "model"))
     r, rmse = report.agreement
@@ -76,7 +75,7 @@ def draw_agreement(report: Report, path: Path) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     if len(cells) <= MOST_NAMED:
         figure.draw_without_rendering()  # places are known from then on
-        _name(axes, model, people, _names(cells))
+        _name(figure, axes, model, people, _names(cells))
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=150)
 
@@ -90,10 +89,11 @@ def _series(cell: Cell) -> str:
     )
 
 
-def _name(axes: Axes, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
+def _name(figure: Figure, axes: Axes, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
     """Writes names beside points where there is room; what would cover another one is left out."""
     points = axes.transData.transform(np.column_stack([x, y]))
     radius, frame = 6.0, axes.get_window_extent()
+    right = figure.bbox.x1
     taken = [Bbox([point - radius, point + radius]) for point in points]
     for number, name in enumerate(names):
         others = [box for other, box in enumerate(taken) if other != number]
@@ -107,9 +107,11 @@ def _name(axes: Axes, x: np.ndarray, y: np.ndarray, names: list[str]) -> None:
                 color="0.35",
                 horizontalalignment=across,
                 verticalalignment=up,
+                in_layout=False,
             )
             box = text.get_window_extent()
-            inside = box.x0 >= frame.x0 and box.y0 >= frame.y0 and box.y1 <= frame.y1
+            inside = frame.x0 <= box.x0 and box.x1 <= right
+            inside &= frame.y0 <= box.y0 and box.y1 <= frame.y1
             if inside and not any(box.overlaps(other) for other in others):
                 taken.append(box)
                 break
@@ -133,13 +135,13 @@ def _names(cells: tuple[Cell, ...]) -> list[str]:
 
 
 def _short(paths: list[str]) -> dict[str, str]:
-    """Paths without the folders and endings that all of them share."""
-    plain = [Path(path).as_posix() for path in paths]
-    if len(plain) < 2:
+    """Paths by what tells them apart: `mime/seed-0/script.json` is `mime 0`."""
+    split = [re.split(r"[/_. -]+", Path(path).as_posix()) for path in paths]
+    if len(paths) < 2:
         return {path: Path(path).stem for path in paths}
-    split = [re.split(r"(?<=[/_. -])", path) for path in plain]
-    first = next(i for i, parts in enumerate(zip_longest(*split)) if len(set(parts)) > 1)
-    split = [re.split(r"(?=[/_. -])", "".join(parts[first:]))[::-1] for parts in split]
-    last = next(i for i, parts in enumerate(zip_longest(*split)) if len(set(parts)) > 1)
-    short = ["".join(parts[last:][::-1]) for parts in split]
-    return dict(zip(paths, short if all(short) else plain, strict=True))
+    if len(set(map(len, split))) > 1:
+        return {path: Path(path).as_posix() for path in paths}
+    differs = [len(set(parts)) > 1 for parts in zip(*split, strict=True)]
+    return {
+        path: " ".join(compress(parts, differs)) for path, parts in zip(paths, split, strict=True)
+    }

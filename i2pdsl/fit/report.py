@@ -15,8 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from i2pdsl.answers import optional
+from i2pdsl.fit.answering import SD, placed
 from i2pdsl.fit.fit import Fitted
-from i2pdsl.fit.model import RESPONSE, SD, VIEWER, Watching, placed
+from i2pdsl.fit.model import RESPONSE, VIEWER, Watching
 from i2pdsl.language.vocabulary import show_value
 from i2pdsl.programs import once
 from i2pdsl.resources import atomic_path

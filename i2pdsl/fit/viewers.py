@@ -193,70 +193,57 @@ class Answers:
 
     def __call__(self, seen: Seen, viewer: Viewer) -> Array:
         """[C], an answer to each question."""
-        history = watch(seen, viewer)
+        frames = self._frames(watch(seen, viewer))
         found = jnp.zeros(len(self.questions))
         for numbers in self.together.values():
-            found = found.at[np.array(numbers)].set(self._answered_together(history, numbers))
-        scripts = {self.questions[number].script for number in self.alone}
-        frames = {script: self._frames(history, script) for script in scripts}
+            found = found.at[np.array(numbers)].set(self._answered_together(frames, numbers))
         answered: dict[Hashable, Array] = {}  # at all frames: a program for each would be slow
         for number in self.alone:
             question = self.questions[number]
             key = (question.script, question.value, question.times)
             if key not in answered:
-                answered[key] = self._answered(
-                    question, frames[question.script], seen.chain(viewer)
-                )
+                length = len(self.watched[question.script].path.actions)
+                own = frames.at(np.s_[question.script, : length + 1])
+                answered[key] = self._answered(question, own, seen.chain(viewer))
             place = 0 if question.times is None else question.frame - question.times.start
             found = found.at[number].set(answered[key][place])
         return found
 
-    def _answered_together(self, history: History, numbers: list[int]) -> Array:
+    def _frames(self, history: History) -> Frame:
+        """All frames of all scripts as a viewer sees them, with one observer, [S, T + 1, ...]; of a
+        shorter script the last ones stand for nothing."""
+        count, total = history.log_belief.shape[:2]
+        belief = history.log_belief[:, :, None]
+        # Nothing is observed in frame 0; what would be has its shape.
+        none = jnp.zeros((count, 1, *history.rows.shape[2:]))
+        seen = lambda part: jnp.concatenate([none, part], axis=1)[:, :, :, None]
+        state, action = (
+            jnp.asarray(np.stack([part(each) for each in self.watched]))
+            for part in (lambda w: _held(w.path.states, total), lambda w: _done(w, total))
+        )
+        earlier = lambda part: jnp.concatenate([part[:, :1], part[:, :-1]], axis=1)
+        return Frame(
+            number=jnp.broadcast_to(jnp.arange(total), (count, total)),
+            before=earlier(state),
+            action=action,
+            state=state,
+            log_previous=earlier(belief),
+            log_belief=belief,
+            log_expecting=seen(history.before)[:, :total],
+            log_rows=seen(history.rows)[:, :total],
+            regret=jnp.zeros((count, total, 1)),
+        )
+
+    def _answered_together(self, frames: Frame, numbers: list[int]) -> Array:
         scripts = np.array([self.questions[n].script for n in numbers])
         at = np.array([self.frames[n] for n in numbers])
         first = self.questions[numbers[0]]
         world = self.watched[first.script].world
-        # Nothing is observed in frame 0; there is none before it.
-        last = np.maximum(at - 1, 0)
-        there = jnp.asarray(at > 0)[:, None, None, None]
-        seen = lambda part: jnp.where(there, part[scripts, last][:, :, None], 0.0)
-        states = [self.watched[s].path.states for s in scripts]
-        frame = Frame(
-            number=jnp.asarray(at),
-            before=jnp.asarray(np.stack([s[t] for s, t in zip(states, last, strict=True)])),
-            action=jnp.zeros(len(at), int),  # nobody who is evaluated together asks for it
-            state=jnp.asarray(np.stack([s[t] for s, t in zip(states, at, strict=True)])),
-            log_previous=history.log_belief[scripts, last][:, None],
-            log_belief=history.log_belief[scripts, at][:, None],
-            log_expecting=seen(history.before),
-            log_rows=seen(history.rows),
-            regret=jnp.zeros((len(at), 1)),
-        )
         compiler = Compiler(world, 1)
         closure = compiler.build(first.value)
-        scope = _FrameScope(world, self.tables[first.script], compiler.params(), frame)
+        tables = self.tables[first.script]
+        scope = _FrameScope(world, tables, compiler.params(), frames.at((scripts, at)))
         return jnp.broadcast_to(jnp.asarray(closure(scope), float), (len(at),))
-
-    def _frames(self, history: History, number: int) -> Frame:
-        """A script's frames as a viewer sees them, with one observer."""
-        world, path = self.watched[number].world, self.watched[number].path
-        length = len(path.actions)
-        belief = history.log_belief[number, : length + 1, None]
-        # Nothing is observed in frame 0; what would be has its shape.
-        none = jnp.zeros((1, *history.rows.shape[2:]))
-        seen = lambda part: jnp.concatenate([none, part[number, :length]])[:, :, None]
-        states = jnp.asarray(path.states)
-        return Frame(
-            number=jnp.arange(length + 1),
-            before=jnp.concatenate([states[:1], states[:-1]]),
-            action=jnp.concatenate([world.no_action(states[:1]), jnp.asarray(path.actions)]),
-            state=states,
-            log_previous=jnp.concatenate([belief[:1], belief[:-1]]),
-            log_belief=belief,
-            log_expecting=seen(history.before),
-            log_rows=seen(history.rows),
-            regret=jnp.zeros((length + 1, 1)),
-        )
 
     def _answered(self, question: Question, frames: Frame, chain: Chain) -> Array:
         """The answer at all frames that the question covers, or one if it has no free t."""
@@ -269,6 +256,19 @@ class Answers:
         found = evaluate_all(compiler, closure, tables, turns, question.times, chain=chain)
         shape = (1 if question.times is None else len(question.times),)
         return jnp.broadcast_to(jnp.asarray(found, float), shape)
+
+
+def _held(states: np.ndarray, total: int) -> np.ndarray:
+    """The states of a script, the last one again and again until there are so many."""
+    found: np.ndarray = states[np.minimum(np.arange(total), len(states) - 1)]
+    return found
+
+
+def _done(watched: Watched, total: int) -> np.ndarray:
+    """What happened in each frame of a script; nothing in frame 0."""
+    path = watched.path
+    nothing = np.asarray(watched.world.no_action(path.states[:1]))
+    return _held(np.concatenate([nothing, path.actions]), total)
 
 
 _OF_A_FRAME = (

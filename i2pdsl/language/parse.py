@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from lark import Lark, Token, Tree
@@ -97,8 +97,9 @@ def few_unknown(problems: list[Diagnostic]) -> list[Diagnostic]:
     return [told if d is last else d for d in kept]
 
 
+@lru_cache(64)
 def parse_expression(source: Source) -> ast.Expr:
-    """Parses a single expression, as asked in a query."""
+    """Parses a single expression, as asked in a query: often the same one, of many scripts."""
     check_text(source)
     span = Span(source, 0, len(source.text))
     if not source.text.strip():

@@ -6,7 +6,7 @@ that stories of the same shape share one program.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,6 +20,7 @@ from i2pdsl.objective.hindsight import Chain
 from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked, OfParticles
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.objective.reach import Question, frames_until
+from i2pdsl.objective.relaxed import Relaxed, least, relaxed
 from i2pdsl.worlds.world import World
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ class Params(NamedTuple):
     places: tuple[Array, ...]  # numbers of a world's cells, or what is known of them
     # For each appended turn log P(action | H) in every state, [S, U, O, H]; see appended.py.
     suffix_rows: tuple[Array, ...] = ()
-    # How far each state is from what a requirement asks for, [S]; see reach.py.
-    reach: tuple[Array, ...] = ()
+    # How far each state is from what a requirement asks for, [S]; see reach.py, relaxed.py.
+    reach: tuple[Array | Relaxed, ...] = ()
     pins: Pins | None = None  # of pinned frames; see pins.py
     before: Array | None = None  # frames before the story begins; see late.py
 
@@ -295,10 +296,15 @@ class Compiler:
             self.aways.append(node)
         number = self.aways.index(node)
         self.shape.append(str(number))
-        return lambda scope: scope.params.reach[number][scope.end]
+        if self.world.lists_states:
+            return lambda scope: scope.params.reach[number][scope.end]
+        known = lambda scope: scope.params.reach[number]
+        return lambda scope: least(scope.world, scope.tables, known(scope), scope.end)
 
-    def _reach(self, away: ty.Away) -> np.ndarray:
-        """How many frames it takes from each state, [S]."""
+    def _reach(self, away: ty.Away) -> np.ndarray | Relaxed:
+        """How many frames it takes from each state, [S]; at least, where these are computed."""
+        if not self.world.lists_states:
+            return relaxed(self.world, away.body, away.events, asked_of)
         of_states = is_of_states(self.world, away.body)
         return frames_until(self.world, away.events, asked_of(self.world, away.body), of_states)
 
@@ -324,6 +330,21 @@ def asked_of(world: World, condition: ty.Typed) -> Question:
         return found
 
     return asked
+
+
+def late_from(
+    world: World,
+    conditions: Iterable[tuple[int, ty.Typed]],
+    events: tuple[int, ...],
+    states: np.ndarray,
+) -> np.ndarray:
+    """How many conditions of single frames, each with its number, cannot be kept from some states
+    [S] on, as far as that is known where states are computed."""
+    late = np.zeros(len(states), dtype=int)
+    for frame, condition in conditions:
+        known = relaxed(world, condition, events, asked_of)
+        late += least(world, world.tables, known, states) > frame
+    return late
 
 
 def is_of_states(world: World, condition: ty.Typed) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
@@ -91,6 +92,18 @@ class Asked(NamedTuple):
         return weight, belief, len(rows)
 
     @property
+    def counts(self) -> Array | None:
+        """How many particles each of those who are asked holds, [O]; infinity of one who holds all
+        hypotheses. None where nobody holds particles."""
+        given = self.world.swarms(self.tables)
+        if not given:
+            return None
+        counts = [math.inf if each is None else float(len(each.first)) for each in given]
+        xp = self.log_belief.__array_namespace__()
+        found = xp.asarray(counts, dtype=self.log_belief.dtype)
+        return found if self.viewers is None else found[slice(*self.viewers)]
+
+    @property
     def swarms(self) -> list[tuple[SwarmTables, Swarm]]:
         """The particles of those who are asked, where hypotheses cannot be listed."""
         given = particles_of(self.world, self.tables, self.viewers)
@@ -128,7 +141,7 @@ NUMBERS: dict[str, Callable[[Asked], Array]] = {
     "P": lambda a: queries.probability(a.log_belief, a.about, a.mask, a.share),
     "E": _expectation,
     "KL": lambda a: queries.divergence(a.log_belief, a.views[1].log_belief, a.about, a.mask),
-    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask, a.share),
+    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask, a.share, a.counts),
     "surprise": _surprise,
     "suspense": _suspense,
 }

@@ -89,7 +89,10 @@ def standard(
         return Standard(method, plans.closer_method + beside, copied, closer, own, True)
     part = kind.around(world, viewers_of(spec, others), paths, watch) if paths else None
     if part is None:
-        return Standard(method, plans.closer_method, copied)
+        told = plans.closer_method
+        if paths:
+            told += ", and plans exact around the script take too long or too much memory"
+        return Standard(method, told, copied)
     kept = tuple(cut(path, n) for path, n in zip(part[1], lengths, strict=True))
     return Standard(method, EXACT_AROUND + beside, copied, part[0], kept, True, False)
 

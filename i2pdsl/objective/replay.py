@@ -74,10 +74,10 @@ def replay_all(
     """
     tables = world.tables
     count, length = actions.shape[:2]
-    before, after = states[:, :-1], states[:, 1:]
+    before, later = states[:, :-1], states[:, 1:]
     best: tuple[np.ndarray, ...] = ()
     if length:
-        flat = (_side_by_side(part) for part in (before, actions, after))
+        flat = (_side_by_side(part) for part in (before, actions, later))
         seen_there = (tables, *flat)
         apart = lambda row: row.reshape(count, length, *row.shape[1:])
         if rows is None and regret:
@@ -103,7 +103,8 @@ def replay_all(
             if not world.lists_hypotheses:
                 shown[u].append(belief.likely(world, tables, u, row[:, t]))
             if happens.any():
-                belief = belief.seeing(world, tables, u, row[:, t]).where(happens, belief)
+                after = belief.seeing(world, tables, u, row[:, t])
+                belief = after if happens.all() else after.where(happens, belief)
             if best and not world.lists_hypotheses:
                 odd[:, t + 1] += belief.regret(world, tables, u, best[u][:, t] - row[:, t])
         if belief.swarms:

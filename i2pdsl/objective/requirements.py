@@ -45,8 +45,7 @@ def violations(story: TypedStory, world: World) -> list[tuple[float, ty.Typed]]:
         missed_by = {p.name: p.missed_by for p in story.vocabulary.predicates.values()}
         verdicts = _Verdicts(story.length, None, missed_by)
         return [(-SHORTFALL, verdicts.shortfall(c, True)) for c in conditions]
-    events = world.events(story.allow) if world.lists_states else None
-    verdicts = _Verdicts(story.length, events)
+    verdicts = _Verdicts(story.length, world.events(story.allow))
     one, zero = ty.Constant(1.0), ty.Constant(0.0)
     return [(-VIOLATION, ty.Apply("choose", (verdicts.broken(c), one, zero))) for c in conditions]
 

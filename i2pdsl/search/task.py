@@ -14,6 +14,7 @@ from i2pdsl.computing import computing
 from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.story import TypedStory
+from i2pdsl.objective.compile import late_from
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.pins import still_to_break
 from i2pdsl.objective.starts import allowed_starts
@@ -54,10 +55,14 @@ class Task:
         if not len(allowed):
             whole = whole_file(self.story.source.name)
             raise error("start", "no state of the world fulfils the `start` condition", whole)
-        pins = self.objective.params.pins if self.story.pins else None
-        if pins is None:
+        if not self.story.pins or not self.story.vocabulary.enumerable:
             return allowed
-        breaks = still_to_break(pins, 0, allowed)
+        pins = self.objective.params.pins
+        if pins is not None:
+            breaks = still_to_break(pins, 0, allowed)
+        else:
+            asked = ((pin.frame, pin.condition) for pin in self.story.pins)
+            breaks = late_from(self.world, asked, self.events, allowed)
         return allowed[breaks == breaks.min()]
 
     @property

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -94,6 +95,15 @@ class _Talk(Channel):
             task.cancel()
 
 
+@cache
+def _loop() -> asyncio.AbstractEventLoop:
+    """The loop in which messages of all widgets are heard, in a thread of its own: a kernel hears
+    them now in one thread and now in another, whose loop may wait for something else."""
+    loop = asyncio.new_event_loop()
+    threading.Thread(target=loop.run_forever, name="i2p-cell", daemon=True).start()
+    return loop
+
+
 class StudioWidget(anywidget.AnyWidget):
     """A story on its stage, to be played, dragged, drawn and written.
 
@@ -115,13 +125,15 @@ class StudioWidget(anywidget.AnyWidget):
         self.on_msg(self._received)
 
     def _received(self, _: Any, content: Any, buffers: Any) -> None:
-        """A message of a view; in the loop of the kernel."""
+        """A message of a view; in any thread."""
+        if isinstance(content, dict) and isinstance(content.get("text"), str):
+            _loop().call_soon_threadsafe(self._hear, content["text"])
+
+    def _hear(self, text: str) -> None:
         if self._page is None:
-            asyncio.get_running_loop()  # nobody is heard without one
             talk = _Talk(self._studio, self.uri, lambda text: self.send({"text": text}))
             self._page = Page(self._studio, talk)
-        if isinstance(content, dict) and isinstance(content.get("text"), str):
-            self._page.channel.received(content["text"])
+        self._page.channel.received(text)
 
     @property
     def story(self) -> Story:
@@ -134,7 +146,10 @@ class StudioWidget(anywidget.AnyWidget):
         return None if self._page is None else self._page.best(self.uri)
 
     def close(self) -> None:
+        _loop().call_soon_threadsafe(self._leave)
+        super().close()
+
+    def _leave(self) -> None:
         if self._page is not None:
             self._studio.left(self._page)
             self._page = None
-        super().close()

@@ -1,8 +1,9 @@
 """The standard patterns for a palette: with pictures, with what could fill their slots in a world,
 and ranked by words.
 
-The ranking is plain: how rare the words are that a pattern's documentation shares with what was
-typed (BM25, Robertson and Zaragoza 2009, DOI 10.1561/1500000019). It proposes, and decides nothing.
+The ranking is plain: how rare the words are that a pattern's documentation, or the heading of a
+story that uses it, shares with what was typed (BM25, Robertson and Zaragoza 2009, DOI
+10.1561/1500000019). It proposes, and decides nothing.
 """
 
 from __future__ import annotations
@@ -21,9 +22,28 @@ from i2pdsl.resources import data_folder
 
 MOST_OFFERS = 24
 SATURATION, LENGTH_SHARE = 1.2, 0.75  # BM25's k1 and b, as usual
-IN_NAME = 3  # what a word of the name counts beside one of the documentation
+IN_NAME = 3  # what a word of the name counts beside one of the documentation,
+IN_STORIES = 0.3  # and one of stories that use it
 _WORD = re.compile(r"[a-z]+")
 _PARAMETER = re.compile(r"`(\w+)`")
+_NOTHING = (
+    *("a", "an", "and", "are", "as", "at", "be", "but", "by", "for", "from", "has", "have", "he"),
+    *("her", "his", "in", "is", "it", "its", "my", "of", "on", "or", "she", "so", "that", "the"),
+    *(
+        "their",
+        "them",
+        "then",
+        "they",
+        "this",
+        "to",
+        "was",
+        "what",
+        "when",
+        "where",
+        "which",
+        "who",
+    ),
+)
 _ENDINGS = ("ingly", "edly", "ings", "ing", "ed", "es", "s", "ly", "e")
 
 
@@ -41,10 +61,10 @@ def palette(words: Vocabulary | None, typed: str) -> list[dict[str, Any]]:
     for pattern in library.patterns:
         fits = words is None or fit(pattern, library.exports, words)["fits"]
         found.append({**_told(pattern, words), "fits": fits, "rank": 0.0})
-    ranks = ranked([each["search"] for each in found], typed)
-    for each, rank in zip(found, ranks, strict=True):
-        each["rank"] = rank
-        del each["search"]
+    said = ranked([each.pop("search") for each in found], typed)
+    used = ranked([_examples(each["name"]) for each in found], typed)
+    for each, by_itself, by_stories in zip(found, said, used, strict=True):
+        each["rank"] = by_itself + IN_STORIES * by_stories
     return sorted(found, key=lambda each: (not each["fits"], -each["rank"]))
 
 
@@ -69,6 +89,24 @@ def _told(pattern: dict[str, Any], words: Vocabulary | None) -> dict[str, Any]:
         ],
         "search": f"{f'{name} ' * IN_NAME} {about}".replace("_", " "),
     }
+
+
+@cache
+def _stories() -> tuple[tuple[str, str], ...]:
+    """Of every story that ships with the program, what it says, and its name with its heading."""
+    found = []
+    for path in sorted(data_folder("stories").glob("*/*.story")):
+        if path.parent.name != "patterns":
+            text = path.read_text(encoding="utf-8")
+            heading = text.partition("\nworld ")[0].replace("#", " ")
+            found.append((text, f"{path.stem.replace('-', ' ')} {heading}"))
+    return tuple(found)
+
+
+def _examples(name: str) -> str:
+    """What stories that call a pattern are about."""
+    call = re.compile(rf"\b{name}\(")
+    return " ".join(heading for text, heading in _stories() if call.search(text))
 
 
 def _picture(name: str) -> str | None:
@@ -106,7 +144,7 @@ def ranked(texts: list[str], typed: str) -> list[float]:
     lengths = [sum(count.values()) for count in counts]
     usual = sum(lengths) / max(1, len(lengths))
     asked, ranks = set(_stems(typed)), [0.0] * len(texts)
-    for stem in asked:
+    for stem in sorted(asked):
         having = sum(stem in count for count in counts)
         rarity = math.log(1 + (len(texts) - having + 0.5) / (having + 0.5))
         for number, count in enumerate(counts):
@@ -117,9 +155,11 @@ def ranked(texts: list[str], typed: str) -> list[float]:
 
 
 def _stems(text: str) -> list[str]:
-    """Words without their endings, those that say nothing left out by their rarity."""
+    """Words without their endings, and without those that say nothing."""
     found = []
     for word in _WORD.findall(text.lower()):
+        if word in _NOTHING:
+            continue
         ending = next((e for e in _ENDINGS if word.endswith(e) and len(word) - len(e) > 2), "")
         found.append(word.removesuffix(ending))
     return found

@@ -26,6 +26,7 @@ import numpyro.distributions as dist
 from numpyro.diagnostics import effective_sample_size, split_gelman_rubin
 from numpyro.infer import HMC, init_to_value
 
+from i2pdsl.fit.odds import normal_points
 from i2pdsl.programs import compiled
 
 Array = Any
@@ -137,6 +138,6 @@ def sampled(
 def shares(sites: dict[str, Array]) -> Array:
     """How often a new person answers as intended about a new film, [..., C]."""
     wide = jnp.sqrt((sites["spread"] ** 2).sum(-1, keepdims=True) + sites["films"] ** 2)
-    places, weights = np.polynomial.hermite_e.hermegauss(POINTS)
+    places, weights = normal_points(POINTS)
     each = jax.nn.sigmoid(sites["middle"][..., None] + wide[..., None] * places)
-    return each @ (weights / weights.sum())
+    return each @ weights

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from i2pdsl.fit.odds import log_odds, logistic
 from i2pdsl.language.people import Person, known_settings, read_people, weighed
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.objective.replay import replay_all
@@ -220,23 +221,12 @@ def chances(study: Study, viewer: Viewer, believed: np.ndarray) -> np.ndarray:
     return (1 - viewer.lapse) * found + viewer.lapse / len(sure)
 
 
-def log_odds(believed: np.ndarray) -> np.ndarray:
-    believed = np.clip(believed, SUREST, 1 - SUREST)
-    return np.log(believed) - np.log1p(-believed)
-
-
-def logistic(x: np.ndarray) -> np.ndarray:
-    """The inverse of log odds."""
-    found: np.ndarray = 0.5 * (1 + np.tanh(x / 2))
-    return found
-
-
 def first_chosen(viewer: Viewer, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """P(the first film of a pair is chosen), [N]: the difference of the log odds, with logistic
     noise of the scale `noise` (Luce 1959: with 1 it is probability matching)."""
-    difference = log_odds(first) - log_odds(second)
+    difference = log_odds(first, SUREST) - log_odds(second, SUREST)
     if viewer.noise > 0:
-        chosen = logistic(difference / viewer.noise)
+        chosen: np.ndarray = logistic(difference / viewer.noise)
     else:
         chosen = 0.5 * (1 + np.sign(difference))
     return (1 - viewer.lapse) * chosen + viewer.lapse / 2
@@ -246,5 +236,6 @@ def positions(viewer: Viewer, believed: np.ndarray, shares: np.ndarray) -> np.nd
     """Where he puts a slider from 0 to 100, [N]: the log odds with logistic noise; with the
     probability `lapse` anywhere. `shares` [N, 2] are uniform random numbers."""
     lapsed = shares[:, 0] < viewer.lapse
-    odds = log_odds(believed) + viewer.noise * log_odds(shares[:, 1])
-    return np.round(100 * np.where(lapsed, shares[:, 1], logistic(odds)))
+    odds = log_odds(believed, SUREST) + viewer.noise * log_odds(shares[:, 1], SUREST)
+    placed: np.ndarray = np.round(100 * np.where(lapsed, shares[:, 1], logistic(odds)))
+    return placed

@@ -132,6 +132,7 @@ class _Finder:
         keys = [place / KEY for place in (folder, folder.parent) if (place / KEY).is_file()]
         self.key = read_key(keys[0]) if keys else {}
         self.problems: list[Diagnostic] = []
+        self.unknown: set[str] = set()  # scripts that were told of
         self.items = {item.films: item for item in study.items}
 
     def item(self, row: Judgement) -> tuple[Item, bool]:
@@ -157,9 +158,10 @@ class _Finder:
         if column == "script" and all(told) and told[2].isdecimal() and told[2].isascii():
             return Film(told[0], told[1], int(told[2]))
         film = self.known(self.folder / name)
-        if film is None:
+        if film is None and name not in self.unknown:
+            self.unknown.add(name)
             message = f"`{shorten(name)}` is no film of the study"
-            hint = f"is `{KEY}` of the kit beside the table?"
+            hint = f"is `{KEY}` of the kit beside the table? or `--out` the folder of its films?"
             self.problem(row, column, message, hint)
         return film
 

@@ -57,6 +57,24 @@ class Branches(NamedTuple):
     chance: Array
 
 
+class SmallWorld(NamedTuple):
+    """A world with some of the characters and things of a large one, whose S states are listed.
+    What these can come to in the large one they can come to in the small one at least as soon.
+
+    Attributes:
+        numbers: theirs in the small world, by those in the large one.
+        rows [E, M]: what each cell of each in the large one adds to the number of a row of a table.
+        row [S]: the row of each of its states.
+        size: how many rows there are.
+    """
+
+    world: World
+    numbers: dict[int, int]
+    rows: np.ndarray
+    row: np.ndarray
+    size: int
+
+
 class World(Protocol):
     """What the audience, the objective and the searches ask of a world.
 
@@ -145,6 +163,13 @@ class World(Protocol):
     def lists_states(self) -> bool:
         """Whether there are tables with a row for each state."""
 
+    def small(self, about: frozenset[int]) -> SmallWorld | None:
+        """One with some characters and things, where states are computed; None where that is too
+        large, too."""
+
+    def row(self, tables: Tables, rows: Array, state: Array) -> Array:
+        """The row of a state in a table of a small world, [...]."""
+
     def act(self, tables: Tables, state: Array, turn: Turn) -> tuple[Array, Array]:
         """An appended turn as an action, and whether it can happen in a state."""
 
@@ -166,6 +191,10 @@ class World(Protocol):
     @property
     def turn_count(self) -> int:
         """K, how many joint turns there are. Actions from K on are events."""
+
+    @property
+    def dropped(self) -> tuple[int, ...]:
+        """What falls in each event, as a number among characters and things."""
 
     @property
     def event_slots(self) -> int:
@@ -346,6 +375,7 @@ class ContinuousWorld:
     lists_hypotheses = True
     lists_states = False
     turn_count = event_slots = 0
+    dropped: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
@@ -384,6 +414,12 @@ class ContinuousWorld:
 
     def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
         return ()
+
+    def small(self, about: frozenset[int]) -> None:
+        return None
+
+    def row(self, tables: Tables, rows: Array, state: Array) -> NoReturn:
+        raise NotImplementedError("states have no cells")
 
     def drops(self, tables: Tables, state: Array) -> NoReturn:
         raise NotImplementedError("nothing happens but what characters do")

@@ -1,5 +1,6 @@
 # A plot twist: viewers believe one thing until the turn, and another after it.
-# Use it to turn a friend into a foe, or the other way round, at a moment of your choice.
+# Use it to turn a friend into a foe, or the other way round, at a moment of your choice: a
+# betrayal, a change of heart, one who seems to help and then hinders.
 # `before`, `after`: what they believe. `turn`: the last frame of the first belief.
 # `wish`: what everybody knows all along, such as what the other one wants, `G = x`.
 # `steady`: what a nat of changed beliefs about anything else costs around the turn: the

@@ -123,7 +123,7 @@ def test_sliders_and_choices_against_plain_python() -> None:
         import jax
         import jax.numpy as jnp
 
-        from i2pdsl.fit.model import log_choice, log_slider, slider_mean
+        from i2pdsl.fit.answering import log_choice, log_slider, slider_mean
 
         with jax.enable_x64(True):
             positions = [k / 100 for k in range(101)]
@@ -138,8 +138,8 @@ def test_sliders_and_choices_against_plain_python() -> None:
                 plain = [chance(a, p, own) for a in positions]
                 np.testing.assert_allclose(np.exp(logs), plain, rtol=1e-9)
                 assert sum(plain) == pytest.approx(1, abs=1e-9)
-                places = jnp.array(positions)
-                total = lambda own, p=p, places=places: log_slider(places, p, own).sum()
+                places, held = jnp.array(positions), jnp.full(101, p)
+                total = lambda own, p=held, places=places: log_slider(places, p, own).sum()
                 slopes = jax.grad(total)(arrays)
                 step = 1e-6
                 for name in own:

@@ -134,35 +134,55 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     studio.kill()
 
 
+@pytest.fixture(scope="module")
+def usual(chromium: Any) -> Iterator[Any]:  # noqa: F811
+    """What pages of a module's tests share: what a browser has once compiled it keeps."""
+    context = chromium.new_context(reduced_motion="reduce")
+    # A film may wait for what is compiled for pages that are gone, with half a core.
+    context.set_default_timeout(240_000)
+    yield context
+    context.close()
+
+
 @pytest.fixture
-def desk(chromium: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
+def desk(chromium: Any, usual: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
     """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
     fill(served.folder)
     (served.folder / "help.story").write_text(BRIEF, encoding="utf-8")
     desks: list[Desk] = []
-    contexts: list[Any] = []
+    own: list[Any] = []
+
+    def context_for(late: int | None, more: dict[str, Any]) -> Any:
+        if late is None and not more:
+            return own[-1] if own else usual
+        context = chromium.new_context(reduced_motion="reduce", **more)
+        context.set_default_timeout(240_000)
+        if late is not None:
+            context.add_init_script(LATE.replace("SEED", str(late)))
+        own.append(context)
+        return context
 
     def opened(
         path: str | None = "help.story",
         width: int = 1280,
         height: int = 860,
+        scheme: str = "light",
         late: int | None = None,
         **more: Any,
     ) -> Desk:
-        if not contexts or more:
-            context = chromium.new_context(
-                viewport={"width": width, "height": height}, reduced_motion="reduce", **more
-            )
-            # A film may wait for what is compiled for pages that are gone, with half a core.
-            context.set_default_timeout(240_000)
-            if late is not None:
-                context.add_init_script(LATE.replace("SEED", str(late)))
-            contexts.append(context)
-        desk = Desk(contexts[-1].new_page())
+        page = context_for(late, more).new_page()
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        if not desks:  # nothing is kept of another test
+            page.goto(f"{served.address.partition('#')[0]}icon.svg")
+            page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
+        desk = Desk(page)
         desks.append(desk)
         return desk.open(served.address, path)
 
     yield opened
-    for context in contexts:
+    for desk in desks:
+        desk.page.close()
+    for context in own:
         context.close()
     assert [trouble for desk in desks for trouble in desk.trouble] == []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import queue
 import re
@@ -49,18 +48,24 @@ module => {
 
 
 class Kernel:
-    """A loop in a thread of its own, as a notebook's kernel has it, with a widget in it."""
+    """A widget that hears now in this thread and now in another, as in a kernel with subshells:
+    neither has a loop that runs."""
 
     def __init__(self, folder: Path):
-        self.loop = asyncio.new_event_loop()
         self.said: queue.Queue[dict[str, Any]] = queue.Queue()
-        self.thread = threading.Thread(target=self.loop.run_forever, daemon=True)
-        self.thread.start()
+        self.count = 0
         self.widget = Story.from_text(BRIEF, folder).studio()
         self.widget.send = self.said.put  # where a comm would be
 
     def hears(self, content: Any) -> None:
-        self.loop.call_soon_threadsafe(self.widget._received, self.widget, content, [])
+        self.count += 1
+        if self.count % 2:
+            self.widget._received(self.widget, content, [])
+        else:
+            arguments = (self.widget, content, [])
+            shell = threading.Thread(target=self.widget._received, args=arguments)
+            shell.start()
+            shell.join(LONG)
 
     def asked(self, method: str, number: int | None = None, **params: Any) -> None:
         message = {"jsonrpc": "2.0", "method": method, "params": params}
@@ -81,18 +86,12 @@ class Kernel:
         found: dict[str, Any] = self.until(of)["params"]
         return found
 
-    def close(self) -> None:
-        self.widget.close()
-        self.loop.call_soon_threadsafe(self.loop.stop)
-        self.thread.join(LONG)
-        self.loop.close()
-
 
 @pytest.fixture(scope="module")
 def kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kernel]:
     found = Kernel(with_small_world(tmp_path_factory.mktemp("cell")))
     yield found
-    found.close()
+    found.widget.close()
 
 
 def test_what_a_widget_says_and_hears(kernel: Kernel) -> None:

@@ -336,6 +336,8 @@ def test_patterns_are_found_by_words(talk: Talk) -> None:
         ("the audience knows more than somebody in it", "irony"),
     ):
         assert name in [found["name"] for found in ask(words)[:4]], words
+    for words in ("seems to help, then hinders", "a betrayal"):  # the first is what the page offers
+        assert ask(words)[0]["name"] == "twist"
     twist = next(found for found in ask("twist") if found["name"] == "twist")
     slots = {slot["name"]: slot for slot in twist["slots"]}
     assert "rho > 0" in slots["before"]["offers"]

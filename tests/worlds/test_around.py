@@ -109,8 +109,10 @@ def test_scripts_stay_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
         assert (ours == crowd.dynamics.cells[path.states]).all()
         again = trajectory(part, found.states[0], found.actions)
         assert (again.states == found.states).all()
-    monkeypatch.setattr(subject, "PATIENCE", 0.0)
-    assert subject.around(crowd, (Viewer(crowd.spec),), paths) is None
+    for name, value in (("PATIENCE", 0.0), ("SHARE", 1e-12)):
+        with monkeypatch.context() as patched:
+            patched.setattr(subject, name, value)
+            assert subject.around(crowd, (Viewer(crowd.spec),), paths) is None
 
 
 def test_it_is_nearer_to_exact_plans_than_sums_are() -> None:

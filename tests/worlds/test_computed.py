@@ -14,13 +14,17 @@ import pytest
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import TypedStory, check_source
+from i2pdsl.objective.compile import asked_of, is_of_states, late_from
+from i2pdsl.objective.reach import frames_until
+from i2pdsl.objective.relaxed import least, relaxed
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.pipeline import Story
-from i2pdsl.worlds.grid import model, packed
+from i2pdsl.worlds.grid import model, packed, parts
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.method import additive_bytes, is_computed
 from i2pdsl.worlds.grid.packed import Computed
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.parts import part_of, with_movers
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world
 from i2pdsl.worlds.kind import Watch
@@ -167,6 +171,50 @@ def test_first_pictures_are_those_of_the_list(
     drawn = allowed_starts(computed, condition)
     assert len(set(drawn)) == min(30, len(right))
     assert set(drawn) <= set(right)
+
+
+SOON = [
+    (COUPLE, "at(robot, pink) and at(cheese, green)"),
+    (COUPLE, "adjacent(table, chair) or at(table, green)"),
+    (COUPLE, "not absent(table) and distance(robot, chair) = 1"),
+    (COUPLE, "pushes(robot, table) and at(cheese, pink)"),
+    (LOCKED, "holds(ann, key) and at(bob, goal)"),
+    (LOCKED, "absent(door)"),
+    (LOCKED, "at(box_2, goal)"),
+]
+
+
+@pytest.mark.parametrize(("text", "condition"), SOON)
+def test_nothing_can_be_seen_sooner_than_is_said(text: str, condition: str) -> None:
+    listed, computed = world(text, "listed"), world(text, "computed")
+    allow = "allow deus(table)\n" if text == COUPLE else ""
+    told = f"world crowd\nlength 9\n{allow}maximize depict(rho > 0)\n"
+    told += f"require eventually [{condition}]\n"
+    story = check_source(Source("test.story", told), lambda *_: listed.vocabulary)
+    assert isinstance(story, TypedStory)
+    (requirement,) = story.requirements
+    body, events = requirement.condition.body, listed.events(story.allow)
+    of_states = is_of_states(listed, body)
+    count = listed.dynamics.state_count
+    right = frames_until(listed, events, asked_of(listed, body), of_states)[:count]
+    known = relaxed(computed, body, computed.events(story.allow), asked_of)
+    said = least(computed, computed.tables, known, numbers(text))
+    assert (said <= right).all()
+    assert (said == right).mean() > (0.25 if of_states else 0.0)
+    assert len(set(said)) > 1
+    late = late_from(computed, [(2, body)], computed.events(story.allow), numbers(text))
+    assert ((late == 1) == (said > 2)).all()
+
+
+def test_a_large_part_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    computed = world(COUPLE, "computed")
+    assert with_movers(computed.spec, frozenset({0})) == {0, 1}
+    assert with_movers(spec_of(LOCKED), frozenset({3})) == {0, 1, 2, 3}
+    assert with_movers(spec_of(LOCKED), frozenset({5})) == {1, 4, 5}
+    monkeypatch.setattr(parts, "MOST", 100)
+    part_of.cache_clear()
+    assert computed.small(frozenset({2})) is None
+    part_of.cache_clear()
 
 
 def test_too_many_states_are_computed_and_take_little() -> None:

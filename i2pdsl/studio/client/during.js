@@ -78,7 +78,8 @@ export class During {
       ),
       h("option", { value: "" }, "something else …"),
     );
-    if ([...this.choice.options].some(({ value }) => value === before)) this.choice.value = before;
+    const isThere = [...this.choice.options].some(({ value }) => value === before);
+    if (before && isThere) this.choice.value = before;
     this.#chosen();
   };
 

@@ -297,6 +297,7 @@ class Studio extends Desk {
     this.panels.others.clear();
     this.panels.patterns.clear();
     $("desk").classList.remove("has-film");
+    delete $("desk").dataset.film;
     const name = path
       .split("/")
       .pop()

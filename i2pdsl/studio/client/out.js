@@ -13,6 +13,9 @@ const FORMATS = {
   godot: ["For Godot", "sheet, timeline, script"],
 };
 
+const isAll = ({ name }) => name.endsWith(".zip");
+const size = (file) => Math.max(1, Math.round(file.size / 1024)).toLocaleString();
+
 export class Out {
   constructor(studio) {
     this.studio = studio;
@@ -62,12 +65,13 @@ export class Out {
           ? h(
               "ul",
               {},
-              reply.files.map(({ name, url, size }) =>
+              // The archive of all that were made first.
+              [...reply.files].sort((one, other) => isAll(other) - isAll(one)).map((file) =>
                 h(
                   "li",
-                  {},
-                  h("a", { href: url, download: name }, name),
-                  h("small", {}, ` ${Math.max(1, Math.round(size / 1024)).toLocaleString()} kB`),
+                  { class: isAll(file) ? "all" : null },
+                  h("a", { href: file.url, download: file.name }, file.name),
+                  h("small", {}, ` ${size(file)} kB${isAll(file) ? ", all of them" : ""}`),
                 ),
               ),
             )

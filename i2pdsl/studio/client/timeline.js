@@ -80,8 +80,10 @@ export class Timeline {
         class: "quiet",
         title: "Pins all up to this frame as it is; what comes after is found anew",
         click: () => this.#hold(),
+        "aria-label": "Hold to here",
       },
-      "Hold to here",
+      "Hold",
+      h("span", { class: "more" }, " to here"),
     );
     this.tools = h(
       "div",
@@ -113,8 +115,10 @@ export class Timeline {
           class: "quiet",
           title: "Pins what shall hold in several frames",
           click: () => this.during.open(),
+          "aria-label": "Pin a stretch",
         },
-        "Pin a stretch",
+        h("span", { class: "more" }, "Pin a "),
+        "stretch",
       ),
       this.holds,
     );

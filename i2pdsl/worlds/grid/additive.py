@@ -82,15 +82,15 @@ def sub_worlds(
     for who in range(len(spec.characters)):
         for kept in coefficients(spec, who, at_once):
             wanted[kept] = wanted.get(kept, frozenset()) | core(spec, who)
-    return {kept: _sub_world(spec, keys, kept, minded) for kept, minded in wanted.items()}
+    return {kept: sub_world(spec, keys, kept, minded) for kept, minded in wanted.items()}
 
 
-def _sub_world(
+def sub_world(
     spec: GridSpec, keys: tuple[tuple[Key, ...], ...], kept: Entities, minded: Entities
 ) -> SubWorld:
     """A world with the entities that are kept, of whom some have a mind."""
     entities, count = tuple(sorted(kept)), len(spec.characters)
-    things = _things(spec, kept)
+    things = things_of(spec, kept)
     # Things that differ in nothing but their names are called alike: their worlds are planned once.
     plain = not any(spec.is_linked(thing) for thing in things)
     called = {t.name: f"thing {i}" if plain else t.name for i, t in enumerate(things)}
@@ -119,7 +119,7 @@ def _sub_world(
     return SubWorld(small, own, entities)
 
 
-def _things(spec: GridSpec, kept: Entities) -> tuple[Thing, ...]:
+def things_of(spec: GridSpec, kept: Entities) -> tuple[Thing, ...]:
     """The things that are kept; of several that are alike, as many."""
     found, first = [], len(spec.characters)
     for thing in spec.things:
@@ -151,7 +151,7 @@ def summed(
         first = np.zeros(len(terms), dtype=np.int32)
         for k, kept in enumerate(terms):
             part = parts[kept]
-            ranks = _ranks(spec, part)
+            ranks = ranks_of(spec, part)
             for entity, rank in ranks.items():
                 rows[entity, :, k] = rank
             like = replace(part, entities=())
@@ -162,7 +162,7 @@ def summed(
         yield np.concatenate(tables), Terms(rows, first, np.array([*terms.values()], dtype=float))
 
 
-def _ranks(spec: GridSpec, part: SubWorld) -> dict[int, np.ndarray]:
+def ranks_of(spec: GridSpec, part: SubWorld) -> dict[int, np.ndarray]:
     """What each cell of each entity of a sub-world adds to the number of a row: int [M] each."""
     found, step = {}, 1
     for entity in reversed(part.entities):

@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from i2pdsl.planning.problem import Problem
+from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Tables, continued
-from i2pdsl.worlds.grid.cost import SWEEP_SECONDS
+from i2pdsl.worlds.grid.cost import SWEEP_SECONDS, SWEEPS, state_bytes
 from i2pdsl.worlds.grid.dynamics import Dynamics, listed
 from i2pdsl.worlds.grid.following import successors
 from i2pdsl.worlds.grid.method import planned
@@ -30,9 +31,9 @@ from i2pdsl.worlds.world import Viewer
 
 EXACT = 1e-3  # of values: a probability is then right to about as much
 MOST_MOVES = 1  # of things, away from where they are in a script
-PATIENCE = 60.0  # seconds of planning
+PATIENCE = 90.0  # seconds of planning
+SHARE = 0.5  # of the memory, which holds the additive plans, too
 AT_ONCE = 1 << 16  # states whose successors are computed together
-SWEEPS = 5  # for each 1 / (1 - gamma): where something ends, values settle more slowly
 
 
 def around(
@@ -42,13 +43,13 @@ def around(
     say: Callable[[str], None] | None = None,
 ) -> tuple[GridWorld, list[Trajectory]] | None:
     """The part of an additive world around some scripts, planned exactly, and the scripts in its
-    numbers; None where that takes too long."""
+    numbers; None where that takes too long, or too much memory."""
     spec, dynamics, walks = world.spec, world.dynamics, world.walks
     seen = np.unique(np.concatenate([_visited(world, path) for path in paths]))
     everywhere = len(walks) ** len(spec.characters)
     for moves in (MOST_MOVES, 0):
         placed = placements(spec, dynamics, walks, seen, moves)
-        if _seconds(world, len(placed) * everywhere) <= PATIENCE:
+        if _fits(world, len(placed) * everywhere):
             break
     else:
         return None
@@ -70,11 +71,15 @@ def _visited(world: GridWorld, path: Trajectory) -> np.ndarray:
     return np.concatenate([path.states, *(step.before for step in steps)])
 
 
-def _seconds(world: GridWorld, states: int) -> float:
-    """How long it takes to plan for so many states, roughly."""
-    problems = sum(table.shape[1] for table in world.tables.continuation)
+def _fits(world: GridWorld, states: int) -> bool:
+    """Whether so many states are planned for in little enough time and memory."""
+    problems = [table.shape[1] for table in world.tables.continuation]
+    # Planning begins with the additive values: it takes as long as from nothing, or half of that
+    # (measured: 20 to 60 cells, two characters and three), though values settle slowly at the ends.
     sweeps = SWEEPS / (1 - world.spec.settings.gamma)
-    return SWEEP_SECONDS * states * problems * len(world.spec.characters) * sweeps
+    seconds = SWEEP_SECONDS * states * sum(problems) * len(problems) * sweeps
+    needed = 2 * states * state_bytes(sum(problems))  # with what leads out of them (measured)
+    return seconds <= PATIENCE and needed <= SHARE * memory_limit()
 
 
 def placements(

@@ -167,7 +167,7 @@ class Against(NamedTuple):
     success: tuple[Array | None, ...]
 
 
-def looked_up(table: Array, index: Array) -> Array:
+def entries(table: Array, index: Array) -> Array:
     """`table[index]`, of numbers that are in it."""
     if not hasattr(table, "at"):
         return table[index]
@@ -179,14 +179,14 @@ def cells_of(packed: Packed, state: Array) -> Array:
     left, found = state, []
     for entity in range(len(packed.radix) - 1, -1, -1):
         radix = packed.radix[entity]
-        found.append(looked_up(packed.places[entity], left % radix if entity else left))
+        found.append(entries(packed.places[entity], left % radix if entity else left))
         left = left // radix
     return namespace(packed.radix).stack(found[::-1], axis=-1)
 
 
 def state_of(packed: Packed, cells: Array) -> Array:
     """The numbers of computed states with such cells [..., E]."""
-    return sum(looked_up(part, cells[..., e]) for e, part in enumerate(packed.digits))
+    return sum(entries(part, cells[..., e]) for e, part in enumerate(packed.digits))
 
 
 def cells_at(tables: Tables, here: Array) -> Array:
@@ -229,8 +229,8 @@ def summed_terms(tables: Tables, who: int, cells: Array) -> Array:
     """W(s) of every planning problem as a sum, where entities stand in such cells [..., E]."""
     assert tables.terms is not None
     rows, first, sign = tables.terms[who]
-    row = first + sum(looked_up(part, cells[..., e]) for e, part in enumerate(rows))
-    return (looked_up(tables.continuation[who], row) * sign[:, None]).sum(-2)
+    row = first + sum(entries(part, cells[..., e]) for e, part in enumerate(rows))
+    return (entries(tables.continuation[who], row) * sign[:, None]).sum(-2)
 
 
 def padded(tables: Tables) -> Tables:

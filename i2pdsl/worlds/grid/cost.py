@@ -14,11 +14,16 @@ SWEEP_SECONDS, SWEEPS = 1.2e-8, 1.5
 
 def planning_bytes(spec: GridSpec, problems: int) -> int:
     """Memory that planning takes at its peak: tables, values and their copies (measured)."""
-    # A state's values, its rewards and policies in the groups, and its successors.
-    each = 100 * problems + 500
+    each = state_bytes(problems)
     if spec.settings.horizon:  # the values of every frame, and their copy on the device
         each += 8 * spec.frame_count * problems
     return 2**26 + spec.state_count * each + 4 * listed_arrangements(spec)
+
+
+def state_bytes(problems: int) -> int:
+    """What planning holds of each state: its values, its rewards and policies in the groups, and
+    its successors."""
+    return 100 * problems + 500
 
 
 def planning_seconds(spec: GridSpec, problems: int) -> float:

@@ -13,7 +13,7 @@ from i2pdsl.worlds.grid.arrays import (
     cells_at,
     cells_of,
     continued,
-    looked_up,
+    entries,
     namespace,
     state_of,
     summed_terms,
@@ -58,11 +58,11 @@ def moved(packed: Packed, who: int, cells: Array) -> Array:
     xp, rules = namespace(packed.radix), packed.rules[who]
     mine = packed.absent + 1 + who
     own, every = cells[..., who], cells[..., None, :]
-    target = looked_up(rules.target, own)
+    target = entries(rules.target, own)
     met = (every == target[..., None]) & rules.others
     able, blocked, after = target >= 0, met, every
     if rules.pushes is not None:
-        beyond = looked_up(rules.beyond, own)
+        beyond = entries(rules.beyond, own)
         is_free = (beyond >= 0) & ~(every == beyond[..., None]).any(-1)
         pushed = met & rules.pushes & is_free[..., None]
         after, blocked = xp.where(pushed, beyond[..., None], after), blocked & ~pushed
@@ -74,7 +74,7 @@ def moved(packed: Packed, who: int, cells: Array) -> Array:
         opened = met & rules.opens & has_key[..., None, :]
         after, blocked = xp.where(opened, packed.absent, after), blocked & ~opened
     if rules.behind is not None:
-        behind = looked_up(rules.behind, own)
+        behind = entries(rules.behind, own)
         follows = (every == behind[..., None]) & rules.pulls
         able &= follows.any(-1) | ~rules.is_pull
         after = xp.where(follows, own[..., None, None], after)
@@ -90,7 +90,7 @@ def _put(packed: Packed, who: int, cells: Array, after: Array) -> Array:
     """The cells [..., A, E] after actions by which a character also puts down, on the cell aside,
     the first of its things that can go there; or hands it to who stands there and carries such."""
     xp, rules, absent = namespace(packed.radix), packed.rules[who], packed.absent
-    aside = looked_up(rules.aside, cells[..., who])
+    aside = entries(rules.aside, cells[..., who])
     is_taken = (cells[..., None, :] == aside[..., None]).any(-1)
     done, number = aside < 0, xp.arange(cells.shape[-1])
     for k in range(len(rules.puts)):

@@ -24,6 +24,8 @@ import math
 from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from i2pdsl.worlds.grid import following
 from i2pdsl.worlds.grid.arrays import (
     Against,
@@ -40,6 +42,8 @@ from i2pdsl.worlds.grid.spec import STAY
 from i2pdsl.worlds.world import Branches
 
 Array = Any
+
+MANY = 256  # places: from so many on they are looked for among each other first
 
 
 def action_values(tables: Tables, who: int, state: Array) -> Array:
@@ -137,6 +141,21 @@ def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
     return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
 
 
+def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
+    """log P(act | s, H), [..., O, H]."""
+    xp = namespace(tables.coordinates)
+    if xp is not np or state.ndim != 1 or len(state) < MANY:
+        policy = _log_softmax(tables, who, state)
+        taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
+        return _by_hypothesis(tables, who, taken)
+    # Many scripts come by the same places, and do the same there.
+    count = action_count(tables, who)
+    places, which = np.unique(state.astype(np.int64) * count + act, return_inverse=True)
+    policy = _log_softmax(tables, who, (places // count).astype(state.dtype))
+    taken = np.take_along_axis(policy, (places % count)[:, None, None], axis=1)[:, 0]
+    return _by_hypothesis(tables, who, taken)[which]
+
+
 def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
     """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
     xp = namespace(tables.coordinates)
@@ -175,7 +194,8 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     def of_outcomes(array: Array) -> Array:
         """[..., A_1, ..., *more] of actions, as [..., n_1, ..., *more] of outcomes."""
         for axis, effect in enumerate(effects):
-            array = array[(slice(None),) * (lead + axis) + (effect,)]
+            if effect != list(range(array.shape[lead + axis])):  # of those who never fail it is all
+                array = array[(slice(None),) * (lead + axis) + (effect,)]
         return array
 
     def placed(array: Array, more: int = 0) -> Array:
@@ -187,7 +207,9 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         outcomes = moves.outcomes[who]
         landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
-        row = of_outcomes(log_policy(tables, who, seen))[..., [a for a, _ in outcomes], :, :]
+        row = of_outcomes(log_policy(tables, who, seen))
+        if moves.weak[who]:
+            row = row[..., [a for a, _ in outcomes], :, :]
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
@@ -375,9 +397,7 @@ def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
         if tables.policies is not None:
             row = tables.policies[who][states[who], act]
         else:
-            policy = _log_softmax(tables, who, states[who])
-            taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
-            row = _by_hypothesis(tables, who, taken)
+            row = _log_taken(tables, who, states[who], act)
         rows.append(xp.where((action < moves.turn_count)[..., None, None], row, 0.0))
     return tuple(rows)
 

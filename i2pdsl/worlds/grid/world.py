@@ -20,6 +20,8 @@ from i2pdsl.worlds.grid.arrays import (
     Moves,
     Tables,
     arrangement,
+    cells_at,
+    entries,
     namespace,
     padded,
     state_count,
@@ -27,6 +29,7 @@ from i2pdsl.worlds.grid.arrays import (
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
+from i2pdsl.worlds.grid.parts import part_of
 from i2pdsl.worlds.grid.planning import Plan, Report
 from i2pdsl.worlds.grid.problems import (
     answering,
@@ -46,6 +49,7 @@ from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
     Branches,
     Part,
+    SmallWorld,
     Viewer,
     forgetting_of,
     log_priors,
@@ -154,6 +158,13 @@ class GridWorld:
     @property
     def lists_states(self) -> bool:
         return isinstance(self.dynamics, Dynamics)
+
+    def small(self, about: frozenset[int]) -> SmallWorld | None:
+        return part_of(self.spec, about, unplanned_world)
+
+    def row(self, tables: Tables, rows: Array, state: Array) -> Array:
+        cells = cells_at(tables, arrangement(tables, state))
+        return sum(entries(part, cells[..., e]) for e, part in enumerate(rows))
 
     def turns(self, tables: Tables, state: Array) -> Branches:
         return model.turns(tables, self.moves, state)
@@ -303,6 +314,10 @@ class GridWorld:
     @property
     def turn_count(self) -> int:
         return self.moves.turn_count
+
+    @property
+    def dropped(self) -> tuple[int, ...]:
+        return self.moves.events
 
     @property
     def event_slots(self) -> int:
