@@ -150,11 +150,11 @@ class Desk:
     def quiet(self) -> None:
         """Waits until the server has nothing more to do."""
         self.solved(best=True)
-        while True:
+        calm = 0
+        while calm < 2:  # idle work begins a moment after all else
             before = self.server.cpu()
-            self.page.wait_for_timeout(500)
-            if self.server.cpu() - before < 0.05:
-                return
+            self.page.wait_for_timeout(700)
+            calm = calm + 1 if self.server.cpu() - before < 0.1 else 0
 
     def box(self, selector: str) -> Any:
         for _ in range(200):
@@ -337,12 +337,13 @@ def typing(count: int) -> None:
                     childList: true, characterData: true });
                 }, { once: true, capture: true });
                 })"""
-            desk.page.evaluate(f"window.typed = ({wait})()")
+            desk.page.evaluate(f"() => {{ window.typed = ({wait})(); }}")  # not waited for
             desk.page.keyboard.press("abcdefgh"[number % 8])
             began, seen = desk.page.evaluate("window.typed")
             letters.append(seen - began)
             desk.page.wait_for_timeout(450)  # the film is begun, and the text was checked
-            answers = [n for n in desk.noted() if n["method"] == "textDocument/publishDiagnostics"]
+            found = [n for n in desk.noted() if n["at"] > began]
+            answers = [n for n in found if n.get("method") == "textDocument/publishDiagnostics"]
             if answers:
                 told.append(answers[0]["at"] - began)
     table(
@@ -362,11 +363,12 @@ def memory(count: int) -> None:
         print("\nMemory\n\n| solves | server, MB | page, MB | server's CPU, s |\n|---|---|---|---|")
         random = Random(0)
         for number in range(count + 1):
-            if number % 50 == 0:
+            if number % max(1, count // 10) == 0:
                 desk.quiet()
                 desk.page.request_gc()
                 heap = desk.page.evaluate("performance.memory.usedJSHeapSize") / 1e6
-                print(f"| {number} | {server.memory():.0f} | {heap:.1f} | {server.cpu():.0f} |")
+                told = f"| {number} | {server.memory():.0f} | {heap:.1f} | {server.cpu():.0f} |"
+                print(told, flush=True)
             x, y = random.randint(0, 8), random.randint(0, 6)
             weight = random.randint(1, 99) / 100
             text = STORY.replace("depict", f"{weight} * depict")

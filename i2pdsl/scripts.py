@@ -131,12 +131,17 @@ class Script(Shown):
 
     def save(self, path: Path | str) -> Path:
         """Writes the script as JSON, atomically, with what is known of its error."""
+        return self.with_error.save(path)
+
+    @property
+    def with_error(self) -> Record:
+        """The content of its file, with what is known of its error."""
         error = dict(self.record.error)
         if self.trust is not None:
             error["trust"] = self.trust.as_json()
         if self.particles:
             error["particles"] = [asdict(each) for each in self.particles]
-        return replace(self.record, error=error).save(path)
+        return replace(self.record, error=error)
 
     def vouched(self, watch: Watch | None = None) -> Script:
         """The script with what is known of its error (docs/approximate.md). Where its world is

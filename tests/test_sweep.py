@@ -144,6 +144,8 @@ def test_a_sweep_is_every_story_solved(place: Path, i2p: Run) -> None:
         assert written["frames"] == json.loads(json.dumps(list(found.script.record.frames)))
         assert float(row["score"]) == found.script.score
         assert float(row["panel_mean"]) == found.judgements[0].mean
+        assert row["off_by"] == ""
+        assert "trust" not in written
     before = {p: p.stat().st_mtime_ns for p in (place / "out").rglob("*.json")}
     again = swept(place, i2p, *options)
     assert json.loads(again.out)["new"] == 0

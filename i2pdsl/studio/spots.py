@@ -26,8 +26,9 @@ from i2pdsl.worlds.world import World
 
 
 def spots(story: Story, world: World, frame: int, who: str) -> dict[str, Any]:
-    """All spots, those that somebody can be at first: of a map what `possible_states` says, where
-    bodies move whether they are near enough. And the room between them, where there is some."""
+    """All spots, those that somebody can be at first: of a map what `possible_states` says (nothing
+    where states are computed), where bodies move whether they are near enough. And the room
+    between them, where there is some."""
     typed, words, drawing = story.typed, story.typed.vocabulary, drawing_for(story.spec)
     if who not in abilities(story)["drag"]:
         raise Refusal(REFUSED, f"`{who[:40]}` cannot be moved by hand in this world")
@@ -45,6 +46,8 @@ def spots(story: Story, world: World, frame: int, who: str) -> dict[str, Any]:
         room = drawing.room(world, typed, frame, who)
         found = [{**each, "possible": _lies_in(room, each["at"])} for each in places]
         return {"spots": found, "room": None if room is None else asdict(room)}
+    if not world.lists_states:
+        return {"spots": [{**place, "possible": None} for place in places], "room": None}
     text = StoryText(typed.source.text)
     starts = _starts(story, world, text, frame, who)
     states = possible_states(typed, world, starts, frame, _of(story, text, frame, who))

@@ -14,7 +14,7 @@ from typing import Any
 from i2pdsl.resources import atomic_path, write_text
 from i2pdsl.sweep.jobs import Job
 from i2pdsl.sweep.work import Outcome
-from i2pdsl.worlds.record import Record
+from i2pdsl.worlds.record import ERROR, Record
 
 FORMAT, VERSION = "i2p-sweep-result", 1
 
@@ -98,7 +98,7 @@ class Results:
 
 
 _FIGURES = (
-    *("score", "panel_mean", "panel_worst", "still", "unmet"),
+    *("score", "panel_mean", "panel_worst", "still", "unmet", "off_by"),
     *("plan_seconds", "compile_seconds", "search_seconds"),
 )
 
@@ -120,6 +120,7 @@ def _rows(document: dict[str, Any], job: Job, names: Sequence[str]) -> list[dict
             "panel_worst": each["panel"]["worst"],
             "still": each["still"],
             "unmet": len(each["unmet"]),
+            "off_by": (each.get("trust") or {}).get("belief"),
             "script": each["script"],
         }
         for number, each in enumerate(document["candidates"], 1)
@@ -141,6 +142,7 @@ def _record(document: dict[str, Any]) -> Record:
         document["score"],
         document["start"],
         tuple(document["frames"]),
+        error={key: document[key] for key in ERROR if key in document},
     )
 
 

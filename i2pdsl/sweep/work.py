@@ -18,7 +18,7 @@ class Outcome:
 
     Attributes:
         scripts: the content of each candidate's file.
-        candidates: what is told of each: score, panel, still, unmet.
+        candidates: what is told of each: score, panel, still, unmet, trust.
         seconds: time of each stage.
         error: why there is none: what is wrong with the story, in words.
         lasts: whether doing it again would end in the same way.
@@ -55,10 +55,11 @@ def _solved(job: Job) -> Outcome:
             "panel": {"mean": judgement.mean, "worst": judgement.worst},
             "still": script.still,
             "unmet": [requirement.text for requirement in script.unmet],
+            "trust": None if script.trust is None else script.trust.as_json(),
         }
         for script, judgement in zip(chosen, found.judgements, strict=False)
     ]
-    documents = tuple(script.record.as_json() for script in chosen)
+    documents = tuple(script.with_error.as_json() for script in chosen)
     seconds = {name: round(value, 4) for name, value in found.seconds.items()}
     return Outcome(documents, tuple(told), seconds)
 

@@ -19,6 +19,7 @@ from i2pdsl.objective.reach import frames_until
 from i2pdsl.objective.relaxed import least, relaxed
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.pipeline import Story
+from i2pdsl.studio.spots import spots
 from i2pdsl.worlds.grid import model, packed, parts
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.method import additive_bytes, is_computed
@@ -236,8 +237,8 @@ def test_too_many_states_are_computed_and_take_little() -> None:
     ("change", "says"),
     [
         (("method = additive", "method = exact"), "only where planning is additive"),
-        (("gamma = 0.8", "gamma = 0.8\n    horizon = 5"), "cannot be additive"),
-        (("gamma = 0.8", "gamma = 0.8\n    order = together"), "cannot be additive"),
+        (("gamma = 0.8", "gamma = 0.8\n    horizon = 5"), "and states not computed"),
+        (("method = additive", "order = together"), "and states not computed"),
     ],
 )
 def test_what_needs_a_list_is_refused_before_any_work(change: tuple[str, str], says: str) -> None:
@@ -263,3 +264,6 @@ def test_a_story_is_searched_alike_told_and_read(tmp_path) -> None:
         assert (again.trajectory.states == result.script.trajectory.states).all()
     first, second = scripts
     assert second.score == pytest.approx(first.score, abs=1e-3)
+    told = Story.from_text(story, tmp_path)
+    offered = spots(told, told.world(), 1, "robot")["spots"]
+    assert {spot["possible"] for spot in offered} == {None}
