@@ -166,6 +166,7 @@ _CALM = (
 )
 _CALM_ALONE = ("Calm motion: no sudden turns.",
                "minimize sum_t 0.05 * [acceleration({actor}) @ script[t]]")  # fmt: skip
+_STRIVES = "0.25 * [heads({helped}, {goal}) @ script[t]]"
 _NO_NEARER = "3 * [progress({helped}, {goal}) @ script[t]]"
 
 _ON_PLANES = (
@@ -182,6 +183,7 @@ _ON_PLANES = (
         (("After every frame viewers shall believe that {helper} hinders, and what {helped} wants.",
           "maximize depict({rho} < 0 and G_{helped} = {goal})"),
          ("It shall not come nearer.", f"minimize sum_t {_NO_NEARER}"),
+         ("But it shall strive to.", f"maximize sum_t {_STRIVES}"),
          _TOGETHER, _CALM),
     ),
     Beginning(
@@ -191,6 +193,7 @@ _ON_PLANES = (
           "maximize twist({rho} > 0 and G_{helped} = {goal}, {rho} < 0 and G_{helped} = {goal})"),
          ("After the turn {helped} shall come no nearer.",
           f"minimize sum_{{{{t in T/2..T}}}} {_NO_NEARER}"),
+         ("But it shall strive to.", f"maximize sum_{{{{t in T/2..T}}}} {_STRIVES}"),
          _TOGETHER, _CALM),
     ),
     Beginning(

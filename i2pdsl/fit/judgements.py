@@ -243,7 +243,8 @@ class _Reader:
         elif other is not None and isinstance(self.named.get(question), Choice):
             message = f"`{shorten(question)}` is a choice among events, about one film"
             self.problem(message, spans[OTHER], "what is asked of two films, `--pair` says")
-        answer = self.answer(texts["answer"], question, other is not None, spans["answer"])
+        of_two = other is not None or isinstance(self.named.get(question), Pair)
+        answer = self.answer(texts["answer"], question, of_two, spans["answer"])
         if len(self.problems) > before:
             return None
         more = {name: text for name, text in texts.items() if name not in (*COLUMNS, OTHER)}

@@ -130,6 +130,8 @@ class Report:
     @property
     def disagreements(self) -> list[str]:
         """What shows that the chains did not converge; nothing if they did."""
+        if len(self.fitted.draws.diverging) < 2:
+            return ["one chain alone does not show it: `--chains 2`, or more"]
         told = []
         for name, estimate in self.estimates.items():
             if not estimate.rhat <= AGREE:

@@ -5,6 +5,7 @@ length 24
 let fortune = E[V(cheese) | script[:t], G_cheese = pink]
 
 maximize rags_to_riches(cheese, G_cheese = pink, scale = 0.08)
+liveliness 0.8
 maximize depict(G_cheese = pink)
 
 # expect mean_{t in 22..24} fortune - mean_{t in 1..3} fortune >= 30

@@ -245,8 +245,7 @@ def test_which_film_stood_first_does_not_matter(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_audiences_are_compared(folder: Path) -> None:
-    """Parameters of sliders are not fitted where nobody used one; and an audience that plans
-    explains answers about many frames better than what can be counted, beyond chance."""
+    """From pairs alone: parameters of sliders are not fitted, and the truth comes back."""
     table = simulated(folder, TRUTH, 99, (), pairs=True)
     given = ("--pair", f"more:{QUESTION}", "--vary", "nothing", "--chains", "2", "--json")
     done = process("fit", table, *given, "--against", "hypotheses=literal")
@@ -257,12 +256,6 @@ def test_audiences_are_compared(folder: Path) -> None:
         each = told["estimates"][name]
         spread = (each["high"] - each["low"]) / 3.3
         assert abs(each["mean"] - TRUTH[name]) < 4 * spread + 0.02, (name, each)
-    table = simulated(folder, TRUTH, 98, (1, 2, 3, 5), pairs=False)
-    given = ("--scale", "100", "--vary", "nothing", "--chains", "2", "--json", "--cue", "t")
-    done = process("fit", table, *given, "--cue", "mean_t [idle(robot) @ script[t]]")
-    first, second = json.loads(done.out)["comparison"]
-    assert (first["name"], second["name"]) == ("this audience", "cues")
-    assert second["difference"] > 2 * second["se"] > 0
 
 
 @pytest.mark.slow

@@ -81,6 +81,7 @@ def test_of_two_films_one_is_chosen(tmp_path: Path) -> None:
         assert f"table.csv:{place}: error[table]: " in str(caught.value)
         assert said in str(caught.value)
     assert "did you mean `second`?" in str(caught.value)
+    assert len(caught.value.diagnostics) == 4
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import sys
 import xml.etree.ElementTree as ET
 from itertools import combinations, pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from i2pdsl.render.grid.pictures import GridPictures
 from i2pdsl.render.mind import (
     PALETTE,
+    PANELS_MAX,
     Mark,
     Panel,
     Series,
@@ -309,3 +312,12 @@ def test_predicates_are_drawn_as_steps():
         for one in curves
     ]
     assert drawn == ["default", "steps-mid"]
+
+
+def test_of_more_curves_than_a_figure_has_the_first_are_drawn(tmp_path: Path) -> None:
+    """Four characters have ten; what the story is about comes first."""
+    ten = tuple(panel(f"the goal of {number}") for number in range(PANELS_MAX + 2))
+    pictures = SimpleNamespace(panels=ten, marks=())
+    path = GridPictures.save_mind(pictures, tmp_path / "mind.svg", "ten")
+    assert path == save_mind(tmp_path / "eight.svg", ten[:PANELS_MAX], "ten").with_name("mind.svg")
+    assert path.read_bytes() == (tmp_path / "eight.svg").read_bytes()

@@ -47,6 +47,7 @@ def test_a_performance_checks_its_shapes():
         ({"positions": good.positions[:, :, :1]}, "positions must be"),
         ({"positions": good.positions * np.nan}, "finite"),
         ({"panels": (short,)}, "covers 2 frames"),
+        ({"tries": good.positions}, "tries must be"),
         ({"windows": (Window(3, 81, "late"),)}, "after the last frame"),
         ({"captions": ("one",)}, "81 captions"),
     ):
@@ -54,7 +55,7 @@ def test_a_performance_checks_its_shapes():
             replace(good, **wrong)
 
 
-def test_eyes_look_along_the_motion_and_ahead_at_rest():
+def test_eyes_look_where_somebody_tries_to_go_and_ahead_at_rest():
     one = performance(spec=DUET)
     assert np.linalg.norm(one.gaze, axis=-1).max() <= 1 + 1e-9
     steps = np.diff(one.positions, axis=0)[10]
@@ -62,6 +63,10 @@ def test_eyes_look_along_the_motion_and_ahead_at_rest():
         assert gaze == pytest.approx(step / np.linalg.norm(step), abs=1e-6)
     still = replace(one, positions=np.repeat(one.positions[:1], 81, axis=0))
     assert not still.gaze.any()
+    # Who is kept from going there looks there nevertheless.
+    tries = np.zeros((80, 2, 2))
+    tries[:, 0, 1] = -1.0
+    assert replace(still, tries=tries).gaze[10] == pytest.approx(np.array([[0, -1], [0, 0]]))
     # North is up, and so is a pupil that looks there.
     assert [numbers(move)[1] < 0 for move in face_moves(np.array([0.0, 1.0]))] == [True, True]
 

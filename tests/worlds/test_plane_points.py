@@ -48,6 +48,40 @@ def test_what_points_say_in_plain_python(walked):
     assert evaluate(world, frames, place.requirements[0].condition, None) == 0.0
 
 
+def test_whither_somebody_heads_is_what_it_tries():
+    """In plain Python, from the actions: whatever was in the way."""
+    world = build_plane(PAIR)
+    _, actions = wandered(world, LENGTH)
+    actions += np.array([-0.4, -0.2, 0.4, 0.2])  # at each other, faster than they can
+    states = [world.starts()[0]]
+    for action in actions:
+        states.append(world.transition(world.tables, states[-1], action))
+    frames = replay(world, np.array(states), actions)
+    stopped = 0
+    for t in range(1, LENGTH + 1):
+        for who, (name, other) in enumerate((("mouse", "cat"), ("cat", "mouse"))):
+            x, y, *_ = states[t - 1][2 * who : 2 * who + 2]
+            u, v = actions[t - 1][2 * who : 2 * who + 2]
+            tried = math.hypot(u, v)
+            most = PAIR.characters[who].fastest
+            u, v = (u * min(1, most / tried), v * min(1, most / tried))
+            moved = states[t][2 * who : 2 * who + 2] - states[t - 1][2 * who : 2 * who + 2]
+            stopped += math.dist(moved, (u, v)) > 1e-3
+            there = {
+                "left": PAIR.places[0].at,
+                "(3.5, 6.25)": (3.5, 6.25),
+                other: states[t - 1][2 - 2 * who : 4 - 2 * who],
+            }
+            for spot, (to_x, to_y) in there.items():
+                way = math.hypot(to_x - x, to_y - y)
+                expected = (u * (to_x - x) + v * (to_y - y)) / way / PAIR.characters[who].speed
+                wish = f"require [heads({name}, {spot}) @ script[{t}]] > {{}}"
+                for less, holds in ((1e-5, 1.0), (-1e-5, 0.0)):
+                    (asked,) = story(wish.format(f"{expected - less:.9f}")).requirements
+                    assert evaluate(world, frames, asked.condition, None) == holds
+    assert stopped > 2
+
+
 @pytest.mark.parametrize("place", ["(3.5, 6.25)", "left"])
 def test_a_pin_costs_what_is_missing_from_anywhere(walked, place):
     world, frames, states = walked

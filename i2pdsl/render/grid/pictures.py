@@ -188,9 +188,9 @@ class GridPictures(PictureFiles):
         return comic_svg(self.stage, self.document, frames, self.captions(frames), self.title)
 
     def save_mind(self, path: Path, title: str) -> Path | None:
-        from i2pdsl.render.mind import save_mind
+        from i2pdsl.render.mind import PANELS_MAX, save_mind
 
-        return save_mind(path, self.panels, title, marks=self.marks)
+        return save_mind(path, self.panels[:PANELS_MAX], title, marks=self.marks)
 
     @property
     def clock(self) -> tuple[np.ndarray, np.ndarray]:

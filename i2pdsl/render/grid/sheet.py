@@ -79,9 +79,9 @@ class GridSheet(PictureFiles):
         return stacked(rows, self.title)
 
     def save_mind(self, path: Path, title: str) -> Path | None:
-        from i2pdsl.render.mind import save_mind
+        from i2pdsl.render.mind import PANELS_MAX, save_mind
 
-        return save_mind(path, self.panels, title)
+        return save_mind(path, self.panels[:PANELS_MAX], title)
 
     def page(self) -> str:
         """A self-contained page."""

@@ -1,4 +1,4 @@
-"""The characters of a plane, drawn: discs with eyes that look where they go, and their trails."""
+"""The characters of a plane, drawn: discs with eyes that look where they try to go, and trails."""
 
 from __future__ import annotations
 

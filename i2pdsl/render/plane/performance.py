@@ -27,6 +27,8 @@ class Performance:
 
     Attributes:
         positions [T + 1, n, 2]: of the characters, in the world's units, y to the north.
+        tries [T, n, 2]: what each tried to move in a frame, where somebody may have been in the
+            way; None where all moved as they tried.
         panels: curves over t = 0..T.
         windows: stretches of time to mark.
         captions: T + 1 lines.
@@ -44,6 +46,7 @@ class Performance:
     leading: Panel | None = None
     turns: Mapping[int, float] = field(default_factory=dict)
     source: str = ""
+    tries: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         positions, count = np.asarray(self.positions), len(self.spec.characters)
@@ -52,6 +55,8 @@ class Performance:
             raise ValueError(f"positions must be [T + 1, {count}, 2], not {positions.shape}")
         if not np.isfinite(positions).all():
             raise ValueError("positions must be finite")
+        if self.tries is not None and np.shape(self.tries) != (frames, count, 2):
+            raise ValueError(f"tries must be [{frames}, {count}, 2], not {np.shape(self.tries)}")
         for panel in self.panels:
             if panel.last != frames:
                 raise ValueError(f"panel {panel.title!r} covers {panel.last} frames, not {frames}")
@@ -69,9 +74,10 @@ class Performance:
     @cached_property
     def gaze(self) -> np.ndarray:
         """[T + 1, n, 2] Where the eyes look, x to the east and y to the north, at most 1 long:
-        along the motion, and straight ahead (0) at rest."""
+        where they try to go, also when they are pushed elsewhere, and straight ahead (0) at
+        rest."""
         speed = np.array([c.speed for c in self.spec.characters])[:, None]
-        steps = np.diff(self.positions, axis=0) / speed
+        steps = (np.diff(self.positions, axis=0) if self.tries is None else self.tries) / speed
         if not len(steps):
             return np.zeros_like(self.positions)
         # Who looks around a corner sees it a little before turning.

@@ -15,6 +15,7 @@ from i2pdsl.render.focus import focus_of, led, whose
 from i2pdsl.render.mind import Window
 from i2pdsl.render.plane.performance import Performance
 from i2pdsl.scripts import Script
+from i2pdsl.worlds.plane.dynamics import velocities
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneSpec
 
 WANTS = {APPROACH: "approaches {other}", AVOID: "avoids {other}", NO_GOAL: "wants nothing"}
@@ -46,4 +47,5 @@ def performance_of(script: Script, title: str | None = None) -> Performance:
         leading=whose(focus.leading, usual),
         turns=focus.turns,
         source=script.record.text,
+        tries=np.stack(velocities(world.tables, world.cast, script.trajectory.actions), axis=1),
     )

@@ -96,11 +96,14 @@ def check_size(spec: GridSpec) -> None:
     """Refuses a world that would not fit as it is planned, or cannot be planned so, before any
     work. Raises StoryError."""
     whole, most = whole_file(f"{spec.name}.world"), at_once(spec)
-    if spec.settings.method == "additive" and (spec.marks or not is_plain(spec)):
+    is_wanted = spec.settings.method == "additive" or spec.settings.states == "computed"
+    if is_wanted and (spec.marks or not is_plain(spec)):
         what = "the characters act together" if spec.together else "there is a `horizon`"
         what = "somebody wants to go `via` a place" if spec.marks else what
-        message = f"planning cannot be additive where {what}"
-        raise error("planning", message, whole, "`method = exact`")
+        message, hint = f"planning cannot be additive where {what}", "`method = exact`"
+        if spec.settings.states == "computed":
+            message, hint = f"{message}, and states not computed", "`states = listed`"
+        raise error("planning", message, whole, hint)
     if spec.settings.states == "computed" and most is None:
         message = "states can be computed only where planning is additive"
         why = "with all of them at once plans are exact, and those list the states"

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from i2pdsl.worlds.plane.dynamics import limited
-from i2pdsl.worlds.plane.geometry import norm
+from i2pdsl.worlds.plane.geometry import direction, norm
 from i2pdsl.worlds.plane.tables import Tables, each
 from i2pdsl.worlds.plane.vocabulary import MISSED
 from i2pdsl.worlds.plane.ways import ways_to_places
@@ -151,6 +151,10 @@ def feature(
         return ((velocity - last) ** 2).sum(-1) / speed**2
     if name == "effort":
         return (limited(tables, who, each(action, count)[who]) ** 2).sum(-1) / speed**2
+    if name == "heads":
+        then = each(before, count)
+        _, way = direction(_spot(tables, then, arguments[1]) - then[who])
+        return (limited(tables, who, each(action, count)[who]) * way).sum(-1) / speed
     (place,) = arguments[1]  # progress
     then = each(before, count)[who]
     ways = [ways_to_places(tables, who, at)[..., place] for at in (then, here)]

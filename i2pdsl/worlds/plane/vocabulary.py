@@ -50,6 +50,15 @@ ALONE = (
         True,
     ),
     Predicate(
+        "heads",
+        ("character", "spot"),
+        "how fast it tries to go straight there, 1 at the speed that it likes, also where it is "
+        "stopped; below 0 away from it",
+        True,
+        True,
+        takes_points=True,
+    ),
+    Predicate(
         "acceleration",
         ("character",),
         "the square of the change of its velocity since the frame before, in the same units",
