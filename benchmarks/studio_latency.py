@@ -369,11 +369,10 @@ def memory(count: int) -> None:
                 heap = desk.page.evaluate("performance.memory.usedJSHeapSize") / 1e6
                 told = f"| {number} | {server.memory():.0f} | {heap:.1f} | {server.cpu():.0f} |"
                 print(told, flush=True)
-            x, y = random.randint(0, 8), random.randint(0, 6)
-            weight = random.randint(1, 99) / 100
+            weight, place = random.randint(1, 99) / 100, random.choice(["pink", "green"])
             text = STORY.replace("depict", f"{weight} * depict")
             if random.random() < 0.5:
-                text += f"pin script[{random.randint(3, 14)}]: not at(robot, ({x}, {y}))\n"
+                text += f"pin script[{random.randint(3, 14)}]: not at(robot, {place})\n"
             desk.page.locator("#text .cm-content").click()
             desk.page.keyboard.press("Control+a")
             desk.page.keyboard.insert_text(text)
