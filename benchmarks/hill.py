@@ -20,8 +20,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import Result, story_from
 from i2pdsl.planning.actor_critic import Recipe, begin, improve_often
+from i2pdsl.stories import Result, story_from
 from i2pdsl.worlds.hill import springs
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, masses
 from i2pdsl.worlds.hill.spec import HillSpec

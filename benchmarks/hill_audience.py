@@ -21,8 +21,8 @@ import numpy as np
 
 from i2pdsl.errors import Source
 from i2pdsl.objective.replay import replay
-from i2pdsl.pipeline import story_from
 from i2pdsl.scripts import Script
+from i2pdsl.stories import story_from
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.world import HillWorld, build_hill

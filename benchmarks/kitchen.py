@@ -91,9 +91,9 @@ def searches(cache: Path) -> None:
     print("searches, once planned (all starts; tables in memory)")
     from i2pdsl.objective.starts import allowed_starts
     from i2pdsl.objective.terms import story_objective
-    from i2pdsl.pipeline import load
     from i2pdsl.search.beam import beam_search
     from i2pdsl.search.task import draw_starts
+    from i2pdsl.stories import load
 
     for path in sorted(STORIES.glob("*.story")):
         story = load(path)
@@ -112,8 +112,8 @@ def searches(cache: Path) -> None:
 
 def pictures(out: Path) -> None:
     print("pictures of help.story")
-    from i2pdsl.pipeline import Script
     from i2pdsl.render.grid.pictures import GridPictures
+    from i2pdsl.stories import Script
 
     script = Script.load(out / "help" / "script.json")
     for kind in ("png", "svg", "html", "gif", "mp4"):

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import story_from
+from i2pdsl.stories import story_from
 
 STORIES = {"help": "rho > 0", "hinder": "rho < 0", "indifferent": "rho = 0"}
 TEXT = """world kitchen

@@ -57,8 +57,8 @@ def measure(name: str, length: int, count: int, scripts: int, folder: Path, memo
 
     from i2pdsl.computing import computing
     from i2pdsl.objective.starts import allowed_starts
-    from i2pdsl.pipeline import load
     from i2pdsl.search.task import draw_starts
+    from i2pdsl.stories import load
 
     path = folder / f"{name}.story"
     path.write_text(STORY.format(world=name, length=length, starts=count), encoding="utf-8")
@@ -109,7 +109,7 @@ def process(report: Report, work: str, who: str, command: list[str], remark: str
 
 def processes(folder: Path) -> Report:
     """The stories of the tables above, from nothing."""
-    from i2pdsl.pipeline import load
+    from i2pdsl.stories import load
 
     report = Report("Whole processes: a greedy search, from nothing")
     os.environ["I2PDSL_CACHE"] = str(folder / "nothing")

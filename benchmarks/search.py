@@ -65,7 +65,7 @@ def gap(best: float, reached: float) -> str:
 
 
 def kitchen_table(names: list[str]) -> None:
-    from i2pdsl.pipeline import story_from
+    from i2pdsl.stories import story_from
 
     heads = "| objective | one pass | s | width 10, one pass | s | default | s | effort 10 | s |"
     print(heads + "\n" + "|---" * 9 + "|")

@@ -21,8 +21,8 @@ import numpy as np
 from i2pdsl.objective.film import film_of
 from i2pdsl.objective.panel import judge, panel
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import load
 from i2pdsl.scripts import Script
+from i2pdsl.stories import load
 from stories_for_tests import PATHS, expectations, name
 
 HEAD = ("story", "expects", "still", "contact", "regret", "luck", "panel, worst / score", "CPU s")

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from i2pdsl.errors import Diagnostic, StoryError
-    from i2pdsl.pipeline import Answer, Result, Script, Story, load
     from i2pdsl.questions import query
+    from i2pdsl.stories import Answer, Result, Script, Story, load
 
 __version__ = "0.1.0"
 __all__ = ["Answer", "Diagnostic", "Result", "Script", "Story", "StoryError", "load", "query"]
@@ -33,7 +33,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib
 
-    module = importlib.import_module(f"i2pdsl.{_PLACES.get(name, 'pipeline')}")
+    module = importlib.import_module(f"i2pdsl.{_PLACES.get(name, 'stories')}")
     return getattr(module, name)
 
 

@@ -1,71 +1,48 @@
-"""The whole flow: text -> typed story -> world -> objective -> search -> scripts -> answers."""
+"""The whole flow: text -> typed story -> world -> objective -> search -> scripts.
+
+A stage is a function of what the one before it made. `Story` (stories.py) is the flow as users hold
+it, and scripts answer questions (scripts.py).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
 
-import numpy as np
-
-from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
+from i2pdsl.errors import Source, StoryError, error, whole_file
 from i2pdsl.keeping import kept_of
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.override import override
-from i2pdsl.language.statements import read_source
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
-from i2pdsl.sampling import Samples, sample
-from i2pdsl.scripts import Answer, Script, script_from, script_of_positions
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
-from i2pdsl.search.wishes import wishes_of
-from i2pdsl.shown import Shown, desk_of
-from i2pdsl.worlds.find import find_spec, find_vocabulary, world_warnings
+from i2pdsl.worlds.find import find_spec, find_vocabulary
 from i2pdsl.worlds.kind import Spec, Watch
-from i2pdsl.worlds.kinds import kind_of
-from i2pdsl.worlds.ready import ready_world, viewers_of
-from i2pdsl.worlds.record import Kept, runs_of
+from i2pdsl.worlds.ready import ready_world
+from i2pdsl.worlds.record import Kept
 from i2pdsl.worlds.world import Viewer, World
 
-if TYPE_CHECKING:
-    from i2pdsl.studio.cell import StudioWidget
 
-Value = float | str | Iterable[float]
-"""A setting in Python."""
-
-__all__ = ["Answer", "Result", "Script", "Story", "load", "script_from", "story_from"]
-
-
-def load(path: Path | str) -> Story:
-    """Reads and checks a story.
-
-    >>> story = load("stories/kitchen/help.story")
-
-    Raises StoryError with every mistake of the file.
-    """
-    return story_from(read_source(path), Path(path).parent)
-
-
-def story_from(
-    source: Source, folder: Path | None = None, settings: Sequence[tuple[str, str]] = ()
-) -> Story:
-    """Checks the text of a story; imports and worlds are looked for in `folder`.
+def typed(
+    source: Source, folder: Path | None, settings: Sequence[tuple[str, str]] = ()
+) -> TypedStory:
+    """The story that a text tells, all names resolved; what it imports is looked for in `folder`.
 
     `settings` are (name, value) pairs that replace values of the text (`i2p run --set`).
+
+    Raises StoryError with every mistake of the text.
     """
     if settings:
-        source = overridden(source, settings, story_from(source, folder).typed.vocabulary)
+        source = overridden(source, settings, typed(source, folder).vocabulary)
     checked = check_source(source, find_vocabulary, folder)
     if isinstance(checked, Library):
         message = "this is a library of patterns, not a story"
         hint = "a story needs `world`, `length` and `maximize`"
         raise error("library", message, whole_file(source.name), hint)
-    return Story(checked, folder)
+    return checked
 
 
 def overridden(source: Source, settings: Iterable[tuple[str, str]], words: Vocabulary) -> Source:
@@ -75,243 +52,57 @@ def overridden(source: Source, settings: Iterable[tuple[str, str]], words: Vocab
     return source
 
 
-def in_language(value: Value) -> str:
-    """A setting that was given in Python, as a story has it."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, Iterable):
-        return f"{{{', '.join(map(in_language, value))}}}"
-    return repr(value.item() if isinstance(value, np.generic) else value)
+def described(story: TypedStory, folder: Path | None, known: Spec | None = None) -> Spec:
+    """The description of a story's world with the story's settings: of `known`, or of the one of
+    that name that is found."""
+    spec = known or find_spec(story.world, folder)
+    assert spec is not None  # or the story would not have been checked
+    return spec.with_settings(dict(story.settings))
 
 
-@dataclass(frozen=True)
-class Story(Shown):
-    """A checked story.
+def ready(
+    story: TypedStory, spec: Spec, viewers: tuple[Viewer, ...], watch: Watch | None = None
+) -> World:
+    """The world, planned or trained, as viewers see it.
 
-    Attributes:
-        typed: what the file says, names resolved.
-        folder: where its imports and its world are looked for.
-        known: its world, where it is not to be looked for.
-        kept: frames of a script that a descent shall keep (`keeping`).
+    Raises StoryError where it is too large, or nobody has trained its controllers.
     """
+    try:
+        return ready_world(spec, viewers, watch)
+    except StoryError as problem:
+        raise story.placed(problem, ast.World) from None
 
-    typed: TypedStory
-    folder: Path | None = None
-    known: Spec | None = None
-    kept: Kept | None = None
 
-    @staticmethod
-    def from_text(text: str, folder: Path | str | None = None, **settings: Value) -> Story:
-        """A story from its text; imports and worlds are looked for in `folder`.
+def task(
+    story: TypedStory,
+    spec: Spec,
+    viewers: tuple[Viewer, ...],
+    folder: Path | None,
+    kept: Kept | None,
+    watch: Watch,
+    effort: int,
+) -> Task:
+    """The story in its world, to be searched: with its objective and the frames that it keeps."""
+    kept = kept_of(story.kept, spec, folder, kept, watch)
+    return Task(story, ready(story, spec, viewers, watch), watch, effort, kept=kept)
 
-        `settings` replace values of the text, as with `with_`.
 
-        >>> Story.from_text("world maze\\nlength 6\\nmaximize depict(rho > 0)", beta=1)
+def solved(task: Task, seed: int, candidates: int, choose: Choice, naive: bool = False) -> Result:
+    """The scripts that the story's search finds, best first; see `Story.solve`.
 
-        Raises StoryError with every mistake.
-        """
-        given = [(name, in_language(value)) for name, value in settings.items()]
-        return story_from(Source("story", text), None if folder is None else Path(folder), given)
-
-    def with_(self, **settings: Value) -> Story:
-        """The story with other values: what `i2p run --set` can replace (language.md, "Setting
-        values from outside").
-
-        Numbers are numbers, sets of them any collection, and a text is what would be written.
-
-        >>> story.with_(length=20, beta=1, friend="rho > 0", rationality=0.5)
-
-        Raises StoryError for a name that the story does not have, and a value that it cannot take.
-        """
-        given = ((name, in_language(value)) for name, value in settings.items())
-        return self._retold(overridden(self.typed.source, given, self.typed.vocabulary))
-
-    def _retold(self, source: Source) -> Story:
-        """The same with another text, in the same world. Raises StoryError."""
-        words = self.typed.vocabulary
-        find = find_vocabulary if self.known is None else lambda *_: words
-        checked = check_source(source, find, self.folder)
-        assert isinstance(checked, TypedStory)
-        return replace(self, typed=checked)
-
-    @property
-    def warnings(self) -> tuple[Diagnostic, ...]:
-        """Of the text, and of the world with the story's settings."""
-        told = self.typed
-        return told.warnings + world_warnings(told.world, self.folder, told)
-
-    @cached_property
-    def spec(self) -> Spec:
-        """The world's description with the story's settings."""
-        spec = self.known or find_spec(self.typed.world, self.folder)
-        assert spec is not None
-        return spec.with_settings(dict(self.typed.settings))
-
-    @cached_property
-    def viewers(self) -> tuple[Viewer, ...]:
-        """The audience."""
-        return viewers_of(self.spec, self.typed.observers)
-
-    def world(self, watch: Watch | None = None) -> World:
-        """The world, planned or trained, as the audience sees it.
-
-        Raises StoryError where it is too large, or nobody has trained its controllers.
-        """
-        try:
-            return ready_world(self.spec, self.viewers, watch)
-        except StoryError as problem:
-            raise self.typed.placed(problem, ast.World) from None
-
-    def task(self, watch: Watch | None = None, effort: int = 1) -> Task:
-        """The story in its world, to be searched. Raises StoryError as `world` does."""
-        watch = watch or Watch()
-        kept = kept_of(self.typed.kept, self.spec, self.folder, self.kept, watch)
-        return Task(self.typed, self.world(watch), watch, effort, kept=kept)
-
-    def keeping(self, script: Script, frames: Sequence[int]) -> Story:
-        """The story with frames of a script pinned: the rest is solved around them.
-
-        Where actions have names, it is the same story with `pin` statements. Elsewhere a descent
-        keeps what is done in these frames, and from which states as far as it can
-        (search/descent.py).
-
-        Args:
-            frames: their numbers, from 1 on.
-
-        Raises StoryError for frames that one of the two does not have, a script of another world,
-        and what contradicts the story's own pins.
-        """
-        where, kind = whole_file(self.typed.source.name), kind_of(self.spec)
-        shorter = min(script.length, self.typed.length)
-        wrong = next((f for f in frames if not 1 <= f <= shorter), None)
-        if wrong is not None:
-            message = f"frame {wrong} cannot be kept: the script has {script.length:,} frames, "
-            raise error("keep", f"{message}the story {self.typed.length:,}", where)
-        if not kind.has_same_rules(self.spec, script.world.spec):
-            message = f"the script happens in another world, {script.world.name}"
-            raise error("keep", message, where)
-        if not self.typed.vocabulary.enumerable:
-            return replace(self, kept=Kept(tuple(frames), script.trajectory))
-        lines = [
-            line
-            for first, last in runs_of(frames)
-            for line in kind.kept(script.world, script.trajectory, first, last)
-        ]
-        source = self.typed.source
-        return self._retold(Source(source.name, "\n".join([source.text.rstrip(), "", *lines, ""])))
-
-    def studio(self) -> StudioWidget:
-        """The story on its stage in a cell of a notebook: to be played, dragged, drawn, written.
-
-        What hands do is in the widget's `text`; its `story` and `script` are what comes of it.
-
-        Raises StoryError without anywidget (`pip install 'i2pdsl[notebook]'`).
-        """
-        try:
-            desk: StudioWidget = desk_of(self)
-        except ImportError as problem:
-            message = f"`studio()` needs {problem.name}"
-            hint = "pip install 'i2pdsl[notebook]'"
-            raise error("notebook", message, whole_file(self.typed.source.name), hint) from None
-        return desk
-
-    def script_from_positions(self, table: Any, watch: Watch | None = None) -> Script:
-        """What this story's audience sees in a table of positions (`Script.from_positions`): a
-        script of its world, with its names. Raises StoryError."""
-        told = self.typed
-        about = {"name": told.name, "file": told.source.name, "source": told.source.text}
-        return script_of_positions(self.spec, table, about, dict(told.settings), watch)
-
-    def solve(
-        self,
-        seed: int = 0,
-        candidates: int = 1,
-        naive: bool = False,
-        watch: Watch | None = None,
-        choose: Choice = "panel",
-        effort: int = 1,
-    ) -> Result:
-        """Finds the script.
-
-        Args:
-            seed: of the initial states, or of the chance changes that a descent begins with;
-                the result is the same for the same seed.
-            candidates: how many visibly different scripts to return, best first. A descent
-                returns all that it improved.
-            naive: no audience; the characters do what is best for them.
-            choose: whose opinion of the candidates counts: that of a `panel` of viewers whom they
-                were not made for (objective/panel.py), of a `wide` one, or the `score`.
-            effort: about so many times the usual time goes into a beam search. For the same seed
-                more effort never makes the best score worse.
-
-        >>> result = load("stories/kitchen/help.story").solve(seed=0)
-        >>> result.script, result.score
-
-        Raises StoryError where no state fulfils the `start`, the world is too large, or more effort
-        is asked of a search that is no beam; ValueError for a negative seed, no candidates, no
-        effort or another choice; NoComputing (a RuntimeError) where JAX cannot run, as in a process
-        that was forked while it ran.
-        """
-        if seed < 0 or candidates < 1 or effort < 1:
-            raise ValueError("a seed is at least 0, and candidates and effort are at least 1")
-        if choose not in get_args(Choice):
-            *others, last = get_args(Choice)
-            raise ValueError(f"candidates are chosen by {', '.join(others)} or {last}")
-        task, search = self.task(watch, effort), search_of(self.typed, naive)
-        if effort > 1 and not search.takes_effort:
-            message = "more effort is for beam searches"
-            hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
-            problem = error("search", message, whole_file(self.typed.source.name), hint)
-            raise self.typed.placed(problem, ast.Search)
-        given = (search, seed, candidates, choose)
-        if self.typed.lengths:
-            tasks = [replace(task, story=story) for story in self.typed.lengths]
-            scripts, judgements, finished = chosen_of_lengths(tasks, *given)
-        else:
-            scripts, judgements, finished = chosen(task, *given)
-        return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))
-
-    def sample(
-        self,
-        n: int = 1,
-        given: str | None = None,
-        seed: int = 0,
-        assume: str | None = None,
-        watch: Watch | None = None,
-    ) -> Samples:
-        """Scripts of characters who act under hypotheses drawn from the audience's prior
-        (sampling.py). `given` is a condition on them; `assume` replaces the story's assumption,
-        and 'nothing' drops it.
-
-        >>> story.sample(1000, given="rho = 3 and G_cheese = pink", seed=0).confusion("rho").counts
-
-        Raises StoryError; ValueError for a negative seed or fewer than one script.
-        """
-        if seed < 0 or n < 1:
-            raise ValueError("a seed is at least 0, and there is at least one script")
-        return sample(self.typed, self.world(watch), n, seed, given, assume)
-
-    def wishes(
-        self, script: Script, seed: int = 0, naive: bool = False, watch: Watch | None = None
-    ) -> tuple[tuple[Wish, ...], bool]:
-        """What a script of this story reaches of each `maximize` and `minimize`, what the best
-        script for that wish alone reaches, and which frames hurt it; and whether nobody
-        interrupted. It takes about as long as `solve`.
-
-        Raises StoryError as `solve` does, and KeyboardInterrupt.
-        """
-        looks = not naive and self.typed.search.method != "naive"
-        search = search_of(self.typed) if looks else None
-        task = self.task(watch)
-        task = replace(task, story=self.typed.of_length(script.length))
-        return wishes_of(task, search, script.frames, seed)
-
-    def doubts(self, script: Script) -> tuple[Diagnostic, ...]:
-        """Warnings about what viewers are brought to believe by a script of this story, and about
-        its world where that is too approximate."""
-        trust = () if script.trust is None else script.trust.warnings(self.typed.place(ast.World))
-        return (*doubts(self.typed, script.world, script.frames), *trust)
-
-    def __repr__(self) -> str:
-        told = self.typed
-        return f"<Story {told.name}: world {told.world}, {told.frames}>"
+    Raises StoryError where no state fulfils the `start`, and where more effort is asked of a search
+    that is no beam.
+    """
+    story, search = task.story, search_of(task.story, naive)
+    if task.effort > 1 and not search.takes_effort:
+        message = "more effort is for beam searches"
+        hint = None if naive else "a descent takes more `seeds` or `steps` in the story"
+        problem = error("search", message, whole_file(story.source.name), hint)
+        raise story.placed(problem, ast.Search)
+    given = (search, seed, candidates, choose)
+    if story.lengths:
+        tasks = [replace(task, story=each) for each in story.lengths]
+        scripts, judgements, finished = chosen_of_lengths(tasks, *given)
+    else:
+        scripts, judgements, finished = chosen(task, *given)
+    return Result(tuple(scripts), tuple(judgements), finished, dict(task.watch.seconds))

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from fuzz_for_tests import FULL
-from i2pdsl.pipeline import Result, Story
+from i2pdsl.stories import Result, Story
 
 
 def with_polish(story: Story, most: int) -> Story:

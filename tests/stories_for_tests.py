@@ -18,7 +18,7 @@ import numpy as np
 
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.film import film_of
-from i2pdsl.pipeline import Story, load
+from i2pdsl.stories import Story, load
 from searches_for_tests import with_polish
 from worlds_for_tests import STORIES
 

@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 
 from documents_for_tests import TYPED, Block, blocks
-from i2pdsl.pipeline import load
+from i2pdsl.stories import load
 from stories_for_tests import check, expectations
 
 ROOT = Path(__file__).parent.parent

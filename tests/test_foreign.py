@@ -12,7 +12,7 @@ from commands_for_tests import Run
 from i2pdsl.beginnings.imported import first_story
 from i2pdsl.cli import DONE, USAGE, WRONG
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.pipeline import load
+from i2pdsl.stories import load
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.foreign.write import FORMATS, imported
 from i2pdsl.worlds.grid.parse import parse_world

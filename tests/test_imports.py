@@ -53,6 +53,7 @@ FLOORS = (
     ("search",),
     ("results", "sampling", "vouching", "keeping"),
     ("pipeline", "fit"),
+    ("stories",),
     ("progress", "sweep"),
     ("render", "describe"),
     ("editor",),

@@ -13,7 +13,7 @@ import pytest
 from commands_for_tests import Run
 from i2pdsl.beginnings.table import BEGINNINGS, KINDS, Beginning
 from i2pdsl.cli import DONE, USAGE, WRONG
-from i2pdsl.pipeline import load
+from i2pdsl.stories import load
 from i2pdsl.worlds.find import builtin_worlds, find_spec
 from stories_for_tests import story
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.pipeline import Result, script_from, story_from
+from i2pdsl.stories import Result, script_from, story_from
 from i2pdsl.worlds.kinds import KINDS, Place
 from test_docs import ROOT, blocks
 

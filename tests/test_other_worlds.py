@@ -13,7 +13,7 @@ from i2pdsl.language.check import check_query, check_source
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import story_from
+from i2pdsl.stories import story_from
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import check_memory, estimated_bytes, solve

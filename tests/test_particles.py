@@ -23,9 +23,9 @@ from i2pdsl.language.story import Particles
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import Story
 from i2pdsl.repl.session import Session
 from i2pdsl.search.rollout import resume
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.swarms import swarms_of
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import Viewer

@@ -17,7 +17,7 @@ from i2pdsl.language.story import Particles, default_assumption
 from i2pdsl.objective.many import evaluate_many
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.subjects import Subject
-from i2pdsl.pipeline import Script, Story
+from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.find import find_spec
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all

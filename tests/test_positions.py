@@ -14,8 +14,8 @@ import pytest
 
 from commands_for_tests import Run
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.pipeline import Script, Story
 from i2pdsl.scripts import script_of_positions
+from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec

@@ -17,9 +17,9 @@ import i2pdsl
 import reference
 from commands_for_tests import Run
 from i2pdsl.errors import StoryError
-from i2pdsl.pipeline import Story
 from i2pdsl.questions import NO_FRAME, Table, query
 from i2pdsl.scripts import Script, make_record, script_from
+from i2pdsl.stories import Story
 from i2pdsl.worlds.record import Record
 from worlds_for_tests import SMALL_MAP, Pair, kitchen_text, small_kitchen
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fuzz_for_tests import examples
-from i2pdsl.pipeline import load
+from i2pdsl.stories import load
 from stories_for_tests import MAPS, PATHS, check, expectations, name
 
 # Told by the same pattern as another one, with other values, or in a world of three as another; one

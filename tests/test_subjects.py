@@ -11,8 +11,8 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.story import default_assumption
 from i2pdsl.language.vocabulary import Value, Vocabulary
 from i2pdsl.objective.subjects import Subject, claims, latents_of, subjects_of
-from i2pdsl.pipeline import load
 from i2pdsl.render.focus import _changes, _extremes, _with_rest
+from i2pdsl.stories import load
 from i2pdsl.worlds.find import find_vocabulary
 
 STORIES = Path(__file__).parent.parent / "stories"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from commands_for_tests import PATIENCE, Outcome, Run, process
-from i2pdsl.pipeline import load
+from i2pdsl.stories import load
 from i2pdsl.sweep import results as results_module
 from i2pdsl.sweep.jobs import Job, Manner, choices_of, list_jobs, shard
 from i2pdsl.sweep.pool import DIED, TRIES, run_here

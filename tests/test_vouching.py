@@ -15,12 +15,12 @@ from i2pdsl.objective.nearer import error_in_copy, trust_in
 from i2pdsl.objective.panel import judge, panel
 from i2pdsl.objective.terms import score_script
 from i2pdsl.objective.trust import Copied, Trust, off_by
-from i2pdsl.pipeline import Story
 from i2pdsl.questions import query
 from i2pdsl.render.pictures import pictures_of
 from i2pdsl.results import Result
 from i2pdsl.scripts import Script, script_from
 from i2pdsl.search.candidates import TOLERANCE, faults
+from i2pdsl.stories import Story
 from i2pdsl.vouching import vouched, vouched_alone
 from i2pdsl.worlds.grid import around, method
 from i2pdsl.worlds.grid.kind import KIND

@@ -14,7 +14,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 
 WISH = "wish = (G_cheese = pink), contact = [adjacent(robot, cheese) @ script[t]]"
 BOTH = "mean_t (if t <= T/2 then P(rho > 0 | script[:t]) else P(rho < 0 | script[:t]))"

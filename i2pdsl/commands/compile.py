@@ -77,9 +77,9 @@ def compile_programs(packed: Packed) -> tuple[list[dict[str, Any]], list[str]]:
     Returns: `shape`, `world` and `stories` of each, and the shapes that had to be traced. Raises
     StoryError with the stories that cannot be searched.
     """
-    from i2pdsl.pipeline import Story
     from i2pdsl.progress import Bars
     from i2pdsl.search.searches import search_of
+    from i2pdsl.stories import Story
 
     shapes: dict[str, dict[str, Any]] = {}
     problems: list[Diagnostic] = []

@@ -11,7 +11,7 @@ from i2pdsl.errors import Diagnostic, StoryError, error, whole_file
 from i2pdsl.output import DONE, INTERRUPTED, show
 
 if TYPE_CHECKING:
-    from i2pdsl.pipeline import Script, Story
+    from i2pdsl.stories import Script, Story
 
 
 def load_stories(paths: tuple[str, ...], settings: tuple[tuple[str, str], ...]) -> list[Story]:
@@ -31,7 +31,7 @@ def load_stories(paths: tuple[str, ...], settings: tuple[tuple[str, str], ...]) 
 def load_story(path: str, settings: tuple[tuple[str, str], ...] = ()) -> Story:
     """A checked story, with `--set` applied."""
     from i2pdsl.language.statements import read_source
-    from i2pdsl.pipeline import story_from
+    from i2pdsl.stories import story_from
     from i2pdsl.worlds.record import is_script
 
     source, folder = read_source(path), Path(path).parent
@@ -48,8 +48,8 @@ def script_or_story(path: str, seed: int) -> tuple[Script, int]:
     Raises KeyboardInterrupt if it is interrupted before a script was found.
     """
     from i2pdsl.language.statements import read_source
-    from i2pdsl.pipeline import Script
     from i2pdsl.progress import Bars
+    from i2pdsl.stories import Script
     from i2pdsl.worlds.record import is_script
 
     with Bars() as bars:

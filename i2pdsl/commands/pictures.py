@@ -15,7 +15,7 @@ from i2pdsl.output import DONE, WRONG, in_words, show
 from i2pdsl.render.files import SEE_THROUGH, FilmLook
 
 if TYPE_CHECKING:
-    from i2pdsl.pipeline import Script
+    from i2pdsl.stories import Script
 
 
 def film_options(command: Callable[..., int]) -> Callable[..., int]:

@@ -27,8 +27,8 @@ from i2pdsl.render.files import FORMATS, FilmLook
 if TYPE_CHECKING:
     from i2pdsl.objective.panel import Judgement
     from i2pdsl.objective.wishes import Wish
-    from i2pdsl.pipeline import Script, Story
     from i2pdsl.results import Choice
+    from i2pdsl.stories import Script, Story
 
 WIDE, FEW = 60, 8  # columns of a wish, and frames, that are shown of it
 
@@ -219,8 +219,8 @@ def make(
 
 def keeping(story: Story, path: str, frames: list[int]) -> Story:
     """A story with frames of a script file pinned. Raises StoryError."""
-    from i2pdsl.pipeline import Script
     from i2pdsl.progress import Bars
+    from i2pdsl.stories import Script
 
     with Bars() as bars:
         script = Script.load(path, bars.watch)

@@ -16,8 +16,8 @@ from i2pdsl.output import DONE, INTERRUPTED, check_writable, output, output_json
 
 if TYPE_CHECKING:
     from i2pdsl.objective.panel import Judgement
-    from i2pdsl.pipeline import Script
     from i2pdsl.results import Choice
+    from i2pdsl.stories import Script
 
 
 @click.command()

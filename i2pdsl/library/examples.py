@@ -258,10 +258,10 @@ class Gallery:
 
         Raises StoryError where the story cannot be made, KeyboardInterrupt before there is any.
         """
-        from i2pdsl.pipeline import story_from
         from i2pdsl.render.film_page import to_mount
         from i2pdsl.render.pictures import pictures_of
         from i2pdsl.results import best_of
+        from i2pdsl.stories import story_from
 
         with tempfile.TemporaryDirectory() as place:
             story = story_from(

@@ -21,9 +21,9 @@ import numpy as np
 
 from i2pdsl.answers import Answer
 from i2pdsl.notebook.source import story_html
-from i2pdsl.pipeline import Result, Story
 from i2pdsl.scripts import Script
 from i2pdsl.shown import Bundle, shows
+from i2pdsl.stories import Result, Story
 
 PLAYER_HEIGHT = 760  # pixels: the film with its controls, and the curves' heads below it
 SHARPNESS, ENLARGED = 200, 130  # of a curve: dots to an inch, and CSS pixels to an inch

@@ -19,8 +19,8 @@ from i2pdsl.answers import Answer
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.notebook.progress import CellBars
 from i2pdsl.notebook.source import placed
-from i2pdsl.pipeline import Result, Script, Story, story_from
 from i2pdsl.progress import Bars
+from i2pdsl.stories import Result, Script, Story, story_from
 
 SCRIPT = "script"  # the usual name of the variable
 

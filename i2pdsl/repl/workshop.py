@@ -14,7 +14,6 @@ from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.story import Requirement
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import Story
 from i2pdsl.progress import Bars
 from i2pdsl.render.pictures import drawing_for, pictures_of
 from i2pdsl.render.reasons import reasons_in_words
@@ -25,6 +24,7 @@ from i2pdsl.repl.state import Desk, State, Suggestion
 from i2pdsl.scripts import Script, script_from, script_of
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task, draw_starts
+from i2pdsl.stories import Story
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Kept, Trajectory, empty, read_record, runs_of

@@ -12,12 +12,12 @@ from i2pdsl.errors import StoryError, error, whole_file
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import Script, Story
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.render.reasons import Change, account_of, frames_in_words
 from i2pdsl.scripts import script_of
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Task
+from i2pdsl.stories import Script, Story
 from i2pdsl.studio.films import numbers
 from i2pdsl.studio.made import Made
 from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal

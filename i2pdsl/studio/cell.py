@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
-from i2pdsl.pipeline import Script, Story
 from i2pdsl.render.modules import one_module
+from i2pdsl.stories import Script, Story
 from i2pdsl.studio.channel import Channel
 from i2pdsl.studio.page import Page
 from i2pdsl.studio.protocol import STALE, USAGE, Refusal

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.pipeline import Script
 from i2pdsl.render.drawing import Drawing
 from i2pdsl.render.film_page import to_mount
 from i2pdsl.render.mind import DASHES, Panel, panel_values, value_axis
 from i2pdsl.render.pictures import drawing_for, pictures_of
+from i2pdsl.stories import Script
 from i2pdsl.studio.made import Made
 from i2pdsl.studio.protocol import REFUSED, Refusal
 

@@ -11,7 +11,7 @@ from i2pdsl.studio.protocol import USAGE, Refusal
 
 if TYPE_CHECKING:
     from i2pdsl.objective.panel import Judgement
-    from i2pdsl.pipeline import Script, Story
+    from i2pdsl.stories import Script, Story
 
 KEPT, WORLDS = 64, 2  # films of a connection, and worlds that they are in: each is large
 

@@ -13,11 +13,11 @@ from typing import Any
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.panel import Judgement
-from i2pdsl.pipeline import Result, Script, Story, story_from
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.results import ranked
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.task import Found
+from i2pdsl.stories import Result, Script, Story, story_from
 from i2pdsl.studio.hands import PINS, where
 from i2pdsl.studio.outline import abilities
 from i2pdsl.studio.text import StoryText

@@ -8,8 +8,8 @@ from typing import Any
 from i2pdsl.language import ast
 from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.pipeline import Story
 from i2pdsl.render.pictures import drawing_for
+from i2pdsl.stories import Story
 from i2pdsl.studio.folder import Folder
 from i2pdsl.studio.protocol import Refusal
 from i2pdsl.studio.text import StoryText, parts, whose

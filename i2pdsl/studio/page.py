@@ -25,7 +25,7 @@ from i2pdsl.studio.solver import IDLE, NOW, SOON, Job
 
 if TYPE_CHECKING:
     from i2pdsl.objective.panel import Judgement
-    from i2pdsl.pipeline import Script, Story
+    from i2pdsl.stories import Script, Story
     from i2pdsl.studio.making import Better
     from i2pdsl.studio.studio import Studio
     from i2pdsl.worlds.kind import Watch

@@ -15,9 +15,9 @@ from i2pdsl.language.story import Pin
 from i2pdsl.objective.compile import asked_of
 from i2pdsl.objective.possible import holds_in, possible_states
 from i2pdsl.objective.starts import allowed_starts
-from i2pdsl.pipeline import Story
 from i2pdsl.render.drawing import Point, Room
 from i2pdsl.render.pictures import drawing_for
+from i2pdsl.stories import Story
 from i2pdsl.studio.hands import where
 from i2pdsl.studio.outline import abilities
 from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal

@@ -15,8 +15,8 @@ from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import read_source
 from i2pdsl.language.story import Audience
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.pipeline import Story, story_from
 from i2pdsl.stored import stored
+from i2pdsl.stories import Story, story_from
 from i2pdsl.study.spec import Condition, Method, OneOf, Panel, Study
 from i2pdsl.worlds.find import vocabulary_of
 from i2pdsl.worlds.kind import Spec

@@ -12,8 +12,8 @@ from typing import Any
 from i2pdsl import __version__
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
 from i2pdsl.language.statements import read_source, split_outside
-from i2pdsl.pipeline import Story, story_from
 from i2pdsl.results import Choice
+from i2pdsl.stories import Story, story_from
 from i2pdsl.untrusted import plain_name
 
 Setting = tuple[str, str]
@@ -21,7 +21,7 @@ Setting = tuple[str, str]
 
 @dataclass(frozen=True)
 class Manner:
-    """How each story is solved (pipeline.Story.solve)."""
+    """How each story is solved (stories.Story.solve)."""
 
     candidates: int = 1
     naive: bool = False

@@ -154,7 +154,7 @@ def test_of_several_seeds_the_panel_chooses(
     from dataclasses import replace
 
     from i2pdsl.objective.panel import Judgement
-    from i2pdsl.pipeline import Story
+    from i2pdsl.stories import Story
 
     real, seen = Story.solve, []
     means = {0: 1.0, 1: 3.0, 2: 9.0}
@@ -255,7 +255,7 @@ def test_ctrl_c_between_seeds_shows_the_best_so_far(
     place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """It is shown, and not kept as if it were the best of all."""
-    from i2pdsl.pipeline import Story
+    from i2pdsl.stories import Story
 
     real = Story.solve
 

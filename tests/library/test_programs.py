@@ -17,10 +17,10 @@ from commands_for_tests import Run
 from i2pdsl import programs, signed
 from i2pdsl.computing import computing
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import Story, load, story_from
 from i2pdsl.programs import Program, compiled_program
 from i2pdsl.search import beam
 from i2pdsl.search.searches import Beam, search_of
+from i2pdsl.stories import Story, load, story_from
 from i2pdsl.worlds.kind import Watch
 
 PATTERNS = """\

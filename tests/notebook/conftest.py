@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from i2pdsl.pipeline import Result, Script, load
+from i2pdsl.stories import Result, Script, load
 from render.conftest import chromium, open_page
 
 __all__ = ["chromium", "open_page"]  # fixtures

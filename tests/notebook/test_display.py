@@ -16,7 +16,7 @@ from PIL import Image
 from i2pdsl.answers import Answer
 from i2pdsl.errors import Source
 from i2pdsl.notebook.source import NotebookStyle, placed, story_html
-from i2pdsl.pipeline import Result, Script, story_from
+from i2pdsl.stories import Result, Script, story_from
 
 PLAYER = re.compile(r"srcdoc='([^']*)'")
 

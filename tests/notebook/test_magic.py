@@ -10,7 +10,7 @@ from IPython.core.displaypub import CapturingDisplayPublisher
 
 from i2pdsl.answers import Answer
 from i2pdsl.errors import StoryError
-from i2pdsl.pipeline import Result, Script, Story, load
+from i2pdsl.stories import Result, Script, Story, load
 
 FRIEND = """world maze
 length 6

@@ -13,7 +13,7 @@ import xarray as xr
 
 from i2pdsl.answers import Answer
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import Result, Script
+from i2pdsl.stories import Result, Script
 
 SHOWN = "P(G_cat | script[:t])"
 
@@ -214,16 +214,16 @@ def test_commands_import_nothing_of_this(tmp_path) -> None:
 
 def test_the_public_places_of_answers_stay() -> None:
     import i2pdsl
-    from i2pdsl import pipeline, scripts
+    from i2pdsl import scripts, stories
 
-    assert i2pdsl.Answer is pipeline.Answer is scripts.Answer is Answer
+    assert i2pdsl.Answer is stories.Answer is scripts.Answer is Answer
 
 
 def test_no_column_hides_another(tmp_path: Path) -> None:
     """Values that are nearly alike have names of their own; the frames' name is theirs."""
     from i2pdsl import Story
     from i2pdsl.language.vocabulary import show_value
-    from i2pdsl.pipeline import story_from
+    from i2pdsl.stories import story_from
 
     (tmp_path / "two.world").write_text(
         "map\n    A.\n    .B\ntile value\n    symbol = A\ntile expr\n    symbol = B\n"

@@ -14,9 +14,9 @@ import pytest
 from PIL import Image
 
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import Script, script_from
 from i2pdsl.render.files import UNSURE
 from i2pdsl.render.grid.pictures import GridPictures, stage_of
+from i2pdsl.stories import Script, script_from
 from i2pdsl.worlds.record import parse_record
 from worlds_for_tests import SMALL_MAP, kitchen_text, small_kitchen
 

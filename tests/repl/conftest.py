@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from i2pdsl.pipeline import Result, load
 from i2pdsl.repl.session import Session
 from i2pdsl.repl.showing import Asked, Moved, Plotted, Reply, Tabled, Text
 from i2pdsl.scripts import Script
+from i2pdsl.stories import Result, load
 from searches_for_tests import searching_once
 from worlds_for_tests import STORIES
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from commands_for_tests import I2P, PATIENCE, Run, process
-from i2pdsl.pipeline import Result
 from i2pdsl.repl.piped import entries
+from i2pdsl.stories import Result
 from repl.conftest import HELP
 
 Repl = Callable[..., tuple[str, str]]

@@ -16,7 +16,6 @@ from i2pdsl.language.builtins import FORMS, STATEMENTS
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import Result, story_from
 from i2pdsl.render.characters import NOTHING, Ink, curves_of
 from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.repl.helping import explain
@@ -34,6 +33,7 @@ from i2pdsl.repl.showing import (
 from i2pdsl.repl.state import State
 from i2pdsl.repl.words import COMMANDS
 from i2pdsl.scripts import Script
+from i2pdsl.stories import Result, story_from
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from repl.conftest import HELP, asked, copied, refused, right, saved_and_read, shown

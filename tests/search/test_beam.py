@@ -16,10 +16,10 @@ from i2pdsl.language.check import TypedStory
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import story_from
 from i2pdsl.search import beam
 from i2pdsl.search.beam import Found, beam_search, check_size
 from i2pdsl.search.task import draw_starts
+from i2pdsl.stories import story_from
 from i2pdsl.worlds.grid.world import unplanned_world
 from worlds_for_tests import CORRIDOR, Pair, planned, small_kitchen, trajectory
 

@@ -12,7 +12,7 @@ from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.objective.beats import begun, best, cut, further
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.wishes import shares
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from stories_for_tests import BARE
 from worlds_for_tests import CORRIDOR, planned, trajectory

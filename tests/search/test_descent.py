@@ -18,12 +18,12 @@ from i2pdsl.errors import Source
 from i2pdsl.language.story import SearchPlan
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.programs import Program
 from i2pdsl.search import descent
 from i2pdsl.search.beam import prepared
 from i2pdsl.search.minimise import minimise
 from i2pdsl.search.rollout import follow, root
+from i2pdsl.stories import Result, Story, story_from
 from i2pdsl.worlds.kind import Watch
 
 # A descent takes ten seconds to compile: tests share what they can, by one length, one window

@@ -13,8 +13,8 @@ import pytest
 
 from i2pdsl import Script, StoryError
 from i2pdsl.errors import Source
-from i2pdsl.pipeline import story_from
 from i2pdsl.scripts import script_from
+from i2pdsl.stories import story_from
 from i2pdsl.worlds.record import parse_record
 
 TEXT = """world hill(weight = 0.5, sigma = 0.8)

@@ -19,7 +19,7 @@ from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from worlds_for_tests import CORRIDOR, planned, trajectory
 

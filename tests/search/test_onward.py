@@ -9,8 +9,8 @@ from fuzz_for_tests import FULL
 from i2pdsl.errors import Source
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
-from i2pdsl.pipeline import Story, story_from
 from i2pdsl.search.onward import continuations, descents
+from i2pdsl.stories import Story, story_from
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.hill.world import HillWorld
 from i2pdsl.worlds.record import Trajectory

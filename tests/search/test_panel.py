@@ -13,8 +13,8 @@ from i2pdsl.errors import Source
 from i2pdsl.objective.panel import DOUBT, MEMBERS, SHARPER, judge, panel
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
-from i2pdsl.pipeline import Story, story_from
 from i2pdsl.search.candidates import TOLERANCE, faults
+from i2pdsl.stories import Story, story_from
 from i2pdsl.worlds.plane.kind import PlaneKind
 from i2pdsl.worlds.plane.world import build_plane
 from i2pdsl.worlds.ready import ready_world

@@ -18,8 +18,8 @@ from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.pins import broken, pinned, still_to_break
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import story_objective
-from i2pdsl.pipeline import Story
 from i2pdsl.scripts import Script, make_record, script_of
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from plane_for_tests import DESK, build_plane
 from stories_for_tests import BARE

@@ -17,7 +17,7 @@ from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.requirements import VIOLATION, unmet, violations
 from i2pdsl.objective.terms import story_objective
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from plane_for_tests import DESK, build_plane, wandered
 from stories_for_tests import BARE

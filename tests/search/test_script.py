@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from fuzz_for_tests import examples
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.pipeline import script_from
 from i2pdsl.scripts import make_record
+from i2pdsl.stories import script_from
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.record import parse_record, read_record
 from worlds_for_tests import SMALL_MAP, STORIES, kitchen_text, small_kitchen

@@ -12,9 +12,9 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.wishes import Wish, doubts, shares, wish
-from i2pdsl.pipeline import Result, Story, story_from
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.wishes import wishes_of
+from i2pdsl.stories import Result, Story, story_from
 from stories_for_tests import BARE
 from worlds_for_tests import with_small_world
 

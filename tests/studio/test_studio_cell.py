@@ -15,7 +15,7 @@ import pytest
 
 from browser_for_tests import chromium  # noqa: F401
 from i2pdsl.errors import StoryError
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 from studio_for_tests import BRIEF, edited
 from worlds_for_tests import with_small_world
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from i2pdsl.errors import StoryError
-from i2pdsl.pipeline import Script
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.render.plane.page import page_view
+from i2pdsl.stories import Script
 from i2pdsl.studio import hands, making
 from i2pdsl.studio.during import offers
 from i2pdsl.studio.made import Made

@@ -18,7 +18,7 @@ from i2pdsl.objective.compile import asked_of, is_of_states, late_from
 from i2pdsl.objective.reach import frames_until
 from i2pdsl.objective.relaxed import least, relaxed
 from i2pdsl.objective.starts import allowed_starts
-from i2pdsl.pipeline import Story
+from i2pdsl.stories import Story
 from i2pdsl.studio.spots import spots
 from i2pdsl.worlds.grid import model, packed, parts
 from i2pdsl.worlds.grid.kind import KIND

@@ -11,7 +11,7 @@ from i2pdsl.errors import Source
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.film import seen
 from i2pdsl.objective.replay import replay
-from i2pdsl.pipeline import story_from
+from i2pdsl.stories import story_from
 from i2pdsl.worlds.plane import costs, dynamics
 from i2pdsl.worlds.plane.geometry import disc
 from i2pdsl.worlds.plane.spec import Place

@@ -11,11 +11,11 @@ import pytest
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.explain import explain, questions_of
-from i2pdsl.pipeline import Story
 from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.pictures import stage_of
 from i2pdsl.render.grid.stage import describe
 from i2pdsl.scripts import Script
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import state_as_json

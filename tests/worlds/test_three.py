@@ -22,7 +22,7 @@ from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
-from i2pdsl.pipeline import Script, Story
+from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.pipeline import Story
 from i2pdsl.scripts import Script
+from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.model import log_policy, value
 from i2pdsl.worlds.grid.parse import parse_world
