@@ -66,6 +66,10 @@ class Answer(Shown):
         """
         return None if self.judge is None else self.judge()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is kept of it in another process: not the world that could judge it."""
+        return {**self.__dict__, "judge": None}
+
     def as_json(self) -> Any:
         """The `value` of `i2p query --json`."""
         if self.axes:

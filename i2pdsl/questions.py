@@ -306,13 +306,15 @@ def _judged(
         return None
     if found.world is None:
         return found.unknown
-    one, other = _replayed(world, paths), _replayed(found.world, found.paths)
     spans = tuple(audience.viewers for audience in ground.audiences)
-    far = apart(world.vocabulary, ground.assumption, one, other, spans)
+    far = 0.0
+    for one, other in zip(_pieces(paths), _pieces(found.paths), strict=True):
+        seen = _replayed(world, one), _replayed(found.world, other)
+        far = max(far, float(apart(world.vocabulary, ground.assumption, *seen, spans).max()))
     told = [(q, v) for q, v in asked if found.whole or not q.appends]
     others = _values(found.world, found.paths, [query for query, _ in told])
     answer = max((off_by(v, o) for (_, v), o in zip(told, others, strict=True)), default=None)
-    return Trust(found.method, found.told, float(far.max()), None, found.copied, answer)
+    return Trust(found.method, found.told, far, None, found.copied, answer)
 
 
 def _checked(
@@ -333,12 +335,17 @@ def _values(
     world: World, paths: Sequence[Trajectory], queries: Sequence[TypedQuery]
 ) -> list[np.ndarray]:
     """The value of each question over all paths, [N], [N, n_t], [N, V] or [N, n_t, V]."""
-    size = max(1, AT_ONCE // len(paths[0].states))
     found: list[list[np.ndarray]] = []
-    for first in range(0, len(paths), size):
-        frames = _replayed(world, paths[first : first + size])
+    for piece in _pieces(paths):
+        frames = _replayed(world, piece)
         found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
     return [np.concatenate(parts) for parts in zip(*found, strict=True)]
+
+
+def _pieces(paths: Sequence[Trajectory]) -> list[Sequence[Trajectory]]:
+    """Paths of one length, as many at a time as are replayed side by side."""
+    size = max(1, AT_ONCE // len(paths[0].states))
+    return [paths[first : first + size] for first in range(0, len(paths), size)]
 
 
 def _replayed(world: World, paths: Sequence[Trajectory]) -> Frame:

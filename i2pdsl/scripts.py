@@ -155,8 +155,8 @@ class Script(Shown):
             return self
         path = self.shown().trajectory
         found = standard(self.world, self._observers, [path], [self.length], watch or Watch())
-        if found is None:
-            return self
+        if found is None:  # whatever its file claims
+            return replace(self, record=replace(self.record, error={}))
         if found.world is None:
             return replace(self, trust=found.unknown)
         (seen,) = replay_many(found.world, found.paths)
@@ -237,7 +237,7 @@ class Script(Shown):
         world = ready_world(self.world.spec, viewers_of(self.world.spec, observers), watch)
         frames = replay(world, self.trajectory.states, self.trajectory.actions)
         seen = replace(self, world=world, frames=frames, audiences=found)
-        return replace(seen, trust=None, nearer=None)
+        return replace(seen, record=replace(self.record, error={}), trust=None, nearer=None)
 
     def query(
         self, expression: str, assume: str | None = None, audience: str | None = None

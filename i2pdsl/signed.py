@@ -1,8 +1,8 @@
 """Files of the cache that are believed as they are, so only what this user's i2pdsl wrote is read.
 
-Each file begins with a keyed digest (HMAC-SHA256, RFC 2104) of the rest, under a key that lies
-outside the cache and that only the user can read. The cache may be deleted, damaged or shared at
-any time; whoever has another key has files of other names.
+Each file begins with a keyed digest (HMAC-SHA256, RFC 2104) of its name and the rest, under a key
+that lies outside the cache and that only the user can read. The cache may be deleted, damaged or
+shared at any time; whoever has another key has files of other names.
 """
 
 from __future__ import annotations
@@ -38,16 +38,22 @@ def read_signed(path: Path, most: int) -> bytes:
 
     Raises OSError, and ValueError where it is not what was written.
     """
-    data = read_bytes(path, most)
-    if not hmac.compare_digest(hmac.digest(_key(), data[_DIGEST:], "sha256"), data[:_DIGEST]):
+    written = read_bytes(path, most)
+    data = written[_DIGEST:]
+    if not hmac.compare_digest(_signature(path, data), written[:_DIGEST]):
         raise ValueError("it is not what was written")
-    return data[_DIGEST:]
+    return data
 
 
 def write_signed(path: Path, data: bytes) -> None:
     """Raises OSError."""
     with atomic_path(path) as temporary:
-        temporary.write_bytes(hmac.digest(_key(), data, "sha256") + data)
+        temporary.write_bytes(_signature(path, data) + data)
+
+
+def _signature(path: Path, data: bytes) -> bytes:
+    """Of what is in a file, and of which file it is: one is not taken for another."""
+    return hmac.digest(_key(), path.name.encode() + b"\0" + data, "sha256")
 
 
 @cache

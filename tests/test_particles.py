@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
@@ -25,7 +26,7 @@ from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.repl.session import Session
 from i2pdsl.search.rollout import resume
-from i2pdsl.stories import Story
+from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.grid.swarms import swarms_of
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import Viewer
@@ -280,9 +281,33 @@ def test_a_story_before_particles_is_searched_and_asked() -> None:
     assert not np.array_equal(own, all_)
     exactly = script.query("P(rho > 0 | script[:t])", audience="bayesian")
     np.testing.assert_allclose(exactly, all_, atol=1e-12)
+    # What is appended is seen by particles, too: they are about as right of it.
+    later = "P{}(rho > 0 | (script ++ [cat: stay, mouse: stay])[:T+1])"
+    assert abs(script.query(later.format("")) - script.query(later.format("[all]"))) < 0.15
     (held,) = script.particles
     assert (held.audience, held.count, held.seed) == ("viewers", 150, 3)
     assert 1 <= held.least <= 150
+
+
+def test_an_answer_can_be_sent_to_another_process() -> None:
+    _, script = solved()
+    told = script.ask("P(rho > 0 | script[:t])")
+    again = pickle.loads(pickle.dumps(told))
+    assert (again.value == told.value).all()
+    assert again.trust is None  # the world that could say it is not sent along
+
+
+def test_what_a_file_says_of_its_error_is_not_said_of_other_viewers(tmp_path: Path) -> None:
+    _, script = solved()
+    path = script.save(tmp_path / "script.json")
+    told = json.loads(path.read_text("utf-8"))
+    told["trust"] = {"belief": 0.0, "trusted": True}
+    path.write_text(json.dumps(told), encoding="utf-8")
+    seen = Script.load(path).seen_by("bayesian(beta = 0.3)")
+    assert "trust" not in json.loads(seen.save(tmp_path / "seen.json").read_text("utf-8"))
+    for wrong in ({"belief": float("inf")}, {"belief": "9" * 20_000}):
+        path.write_text(json.dumps(told | {"trust": wrong}).replace("Infinity", "1e999"), "utf-8")
+        assert "trust" not in Script.load(path).record.error
 
 
 def test_the_search_holds_the_particles_of_the_replay() -> None:

@@ -268,6 +268,14 @@ def test_what_needs_every_hypothesis_is_refused(tmp_path: Path, asked: str, said
     assert said in str(problem.value)
 
 
+def test_conditions_that_no_particle_fulfils_have_an_answer(tmp_path: Path) -> None:
+    rare = "rho_knight_princess > 0 and rho_ghost_princess > 0 and G_princess = lake"
+    told = f"audience particles(count = 20)\nmaximize depict({rare})"
+    (script,) = four(tmp_path, told).sample(1).scripts
+    for asked in (f"E[V(princess) | script[:t], {rare}]", f"next(knight | script[:T], {rare})"):
+        assert np.isfinite(script.query(asked)).all()
+
+
 def test_latents_that_are_not_kept_apart_are_named(tmp_path: Path) -> None:
     told = four(tmp_path, "maximize depict(rho_knight_princess > 0)").typed
     given = told.vocabulary, told.module, told.length, told.assumption, None, told.audiences

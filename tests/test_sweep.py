@@ -21,7 +21,7 @@ from i2pdsl.sweep.jobs import Job, Manner, choices_of, list_jobs, shard
 from i2pdsl.sweep.pool import DIED, TRIES, run_here
 from i2pdsl.sweep.results import Results
 from i2pdsl.sweep.work import Outcome as Done
-from worlds_for_tests import with_small_world
+from worlds_for_tests import STORIES, with_small_world
 
 NAIVE = "world small\nlength 3\nmaximize depict(rho > 0)\n"  # needs no compiler
 
@@ -97,6 +97,18 @@ def test_a_key_is_of_all_that_the_result_depends_on(place: Path) -> None:
     second, world = key(), place / "small.world"
     world.write_text(world.read_text("utf-8").replace("gamma = 0.9", "gamma = 0.8"), "utf-8")
     assert second != key()
+
+
+def test_a_key_is_of_the_frames_that_are_kept(place: Path) -> None:
+    (place / "desk.world").write_text((STORIES / "worlds/desk.world").read_text("utf-8"), "utf-8")
+    text = 'world desk\nlength 9\nmaximize depict(G_hand = left)\npin script[1..2] = "take.json"\n'
+    (place / "kept.story").write_text(text, encoding="utf-8")
+    keys = set()
+    for content in (None, '{"one": 1}', '{"another": 2}'):
+        if content is not None:
+            (place / "take.json").write_text(content, encoding="utf-8")
+        keys.add(list_jobs([str(place / "kept.story")], [], [0], Manner())[0].key)
+    assert len(keys) == 3
 
 
 def test_wrong_stories_are_told_before_anything_runs(place: Path, i2p: Run) -> None:

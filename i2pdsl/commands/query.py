@@ -105,11 +105,12 @@ def _table(
             scripts |= {str(path): path for path in script_files(source)}
     with Bars() as bars:
         found = ask(scripts, questions, audiences or None, assume, bars.watch)
+        # The table first: what there is to know of its error takes longer.
+        write_table(_columns(found), None if out is None else Path(out), as_json)
         trusts = found.trust()
     show(found.warnings)
     for trust in trusts:
         click.echo(trust.in_words(), err=True)
-    write_table(_columns(found), None if out is None else Path(out), as_json)
     return status
 
 

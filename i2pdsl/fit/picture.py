@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
@@ -26,6 +27,7 @@ _BESIDE = (
 )  # away from the diagonal first
 
 
+@rc_context({"text.parse_math": False})  # names of a table are no formulas
 def draw_agreement(report: Report, path: Path) -> None:
     """A point for each question about a script: people's mean and the model's, with intervals.
 

@@ -84,7 +84,7 @@ class Belief(NamedTuple):
         """The belief where something was seen, [...], else the other."""
 
         def chosen(mine: Array, its: Array) -> Array:
-            there = seen.reshape(*seen.shape, *(1,) * (mine.ndim - seen.ndim))
+            there = seen.reshape((*seen.shape, *(1,) * (mine.ndim - seen.ndim)))
             return mine.__array_namespace__().where(there, mine, its)
 
         swarms = zip(self.swarms, other.swarms, strict=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import errno
 import hashlib
 import mimetypes
@@ -34,6 +35,7 @@ from i2pdsl.untrusted import read_bytes
 PORT, TRIED = 8760, 40  # the first port that is tried, and how many
 TOKEN_BYTES = 24
 MOST_PAGES = 24  # connections at once
+_ARENAS = -8  # M_ARENA_MAX of malloc.h
 _TYPES = {".js": "text/javascript", ".svg": "image/svg+xml", ".woff2": "font/woff2"}
 
 
@@ -184,6 +186,7 @@ def serve(
 
     Raises OSError where the port cannot be had, KeyboardInterrupt in the end.
     """
+    _share_memory()
     listener = listening(host, port)
     number = listener.getsockname()[1]
     token = kept_token(folder)
@@ -206,6 +209,16 @@ def serve(
     )
     server = _Server(config, lambda: ready(f"http://{shown}:{number}/#{token}"))
     server.run([listener])
+
+
+def _share_memory() -> None:
+    """Has all threads take memory from one place: otherwise what one of them gives back is not
+    for the others, and after a hundred solves the process holds a hundred MB for nothing."""
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):  # not the C library of Linux
+        return
+    mallopt(_ARENAS, 1)
 
 
 class _Server(uvicorn.Server):

@@ -11,10 +11,10 @@ from typing import Any
 
 from i2pdsl import __version__
 from i2pdsl.errors import Diagnostic, Source, StoryError, error, whole_file
-from i2pdsl.language.statements import read_source, split_outside
+from i2pdsl.language.statements import LARGEST_TEXT, read_source, split_outside
 from i2pdsl.results import Choice
 from i2pdsl.stories import Story, story_from
-from i2pdsl.untrusted import plain_name
+from i2pdsl.untrusted import plain_name, read_bytes
 
 Setting = tuple[str, str]
 
@@ -99,7 +99,9 @@ def jobs_of_story(
     folder = f"{name}/{plain_name(chosen)}" if chosen else name
     # What imports, patterns and the world's file come to is in the checked story.
     meaning = [(each.objective, each.requirements, each.pins) for each in (told, *told.lengths)]
-    content = (told.source.text, story.spec, meaning, told.audiences, asdict(manner), __version__)
+    kept = [_content(story.folder, each.file) for each in told.kept]
+    told_by = (told.source.text, story.spec, meaning, told.audiences)
+    content = (*told_by, *([kept] if kept else []), asdict(manner), __version__)
     planning = digest(story.spec, [viewer.spec for viewer in story.viewers])
     return [
         Job(
@@ -115,6 +117,14 @@ def jobs_of_story(
         )
         for seed in seeds
     ]
+
+
+def _content(folder: Path | None, file: str) -> bytes | None:
+    """What is in a script whose frames a story keeps; None where it cannot be read."""
+    try:
+        return read_bytes((folder or Path()) / file, LARGEST_TEXT)
+    except OSError:
+        return None
 
 
 def digest(*content: Any) -> str:

@@ -23,6 +23,7 @@ from i2pdsl.worlds.world import World
 
 FORMAT, VERSION = "i2p-script", 1
 ERROR = {"trust": dict, "particles": list}
+_LONGEST_ERROR = 10_000  # characters
 _DEEPEST = 60  # brackets in brackets; the format has 5, and a story may say more of itself
 _LONGEST_TITLE = 300  # characters
 
@@ -252,5 +253,14 @@ def parse_record(source: Source) -> Record:
         start,
         tuple(frames),
         source.name,
-        {key: document[key] for key, kind in ERROR.items() if isinstance(document.get(key), kind)},
+        {key: document[key] for key, kind in ERROR.items() if _is_told(document.get(key), kind)},
     )
+
+
+def _is_told(value: Any, kind: type) -> bool:
+    """Whether something is what we may have written of an error: short, its numbers finite."""
+    try:
+        told = json.dumps(value, allow_nan=False)
+    except ValueError:
+        return False
+    return isinstance(value, kind) and len(told) <= _LONGEST_ERROR

@@ -293,6 +293,20 @@ def test_tables_from_the_cache_are_those_that_are_made(
     assert len(made) == 4
 
 
+def test_one_grammar_is_not_taken_for_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of what is signed, too: whoever shares the cache may have put one in the other's place."""
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
+    ours = [Tables.kept(*grammar_of(which)) for which in ("story", "world")]
+    one, other = (tmp_path / "grammars").iterdir()
+    content = one.read_bytes(), other.read_bytes()
+    one.write_bytes(content[1])
+    other.write_bytes(content[0])
+    for which, first in zip(("story", "world"), ours, strict=True):
+        assert Tables.kept(*grammar_of(which)).terminals == first.terminals
+
+
 def test_without_a_cache_grammars_are_read_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

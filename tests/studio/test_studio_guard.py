@@ -180,7 +180,10 @@ def test_messages_that_are_too_large_or_none(served: Served) -> None:
     with Talk(served.address) as talk:
         for text in ("", "{", "[]", "7", '{"jsonrpc": "1.0"}', "[" * 100_000):
             talk.socket.send(text)
-            assert talk.listen()["error"]["code"] == -32600
+            heard = talk.listen()
+            while "method" in heard:  # the server tells all pages what others do
+                heard = talk.listen()
+            assert heard["error"]["code"] == -32600
         talk.tell("exit", {})  # ends a language server, and not the studio
         assert talk.ask("i2p/studio")["protocol"] == 1
     too_large = b"\x81\xff" + (LARGEST_MESSAGE + 1).to_bytes(8) + b"mask"  # RFC 6455, 5.2

@@ -63,6 +63,7 @@ def part_of(
         events=tuple((name, things) for name, things in events if things),
     ).with_settings({"method": "exact", "states": "auto"})
     turns = np.prod([len(c.actions) * (1 + c.is_weak) for c in listed.characters])
+    turns += len(listed.events) * len(listed.free_cells)
     if listed.state_count * turns > MOST:
         return None
     world, ranks = ruled(listed), ranks_of(spec, small)
