@@ -2,8 +2,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
-# One more than there are processors on a small machine: tests also wait, for servers and browsers.
-WORKERS ?= 3
 
 .PHONY: demo test test-all lint format bench codemirror check-codemirror clean
 
@@ -14,11 +12,11 @@ demo: $(READY)
 	@echo "out/help/comic.png (the story) and out/help/mind.png (what viewers believe)."
 
 test: $(READY)
-	$(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not slow"
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not slow"
 
 # Whole stories on many seeds, long searches, and all examples of tests that draw them by chance.
 test-all: $(READY)
-	I2PDSL_TESTS=full $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	I2PDSL_TESTS=full $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 lint: $(READY)
 	$(BIN)/ruff check .
