@@ -57,7 +57,7 @@ def kept_of(
 
 def _script(each: KeptFrames, spec: Any, folder: Path | None, watch: Watch) -> Script:
     try:
-        script = Script.load((folder or Path()) / each.file, watch)
+        script = Script.load(each.path(folder), watch)
     except StoryError as problem:
         raise StoryError([replace(d, span=each.span) for d in problem.diagnostics[:1]]) from None
     if not kind_of(spec).has_same_rules(spec, script.world.spec):

@@ -307,14 +307,17 @@ def _judged(
     if found.world is None:
         return found.unknown
     spans = tuple(audience.viewers for audience in ground.audiences)
-    far = 0.0
-    for one, other in zip(_pieces(paths), _pieces(found.paths), strict=True):
-        seen = _replayed(world, one), _replayed(found.world, other)
-        far = max(far, float(apart(world.vocabulary, ground.assumption, *seen, spans).max()))
     told = [(q, v) for q, v in asked if found.whole or not q.appends]
-    others = _values(found.world, found.paths, [query for query, _ in told])
-    answer = max((off_by(v, o) for (_, v), o in zip(told, others, strict=True)), default=None)
-    return Trust(found.method, found.told, far, None, found.copied, answer)
+    far, off = 0.0, [0.0] * len(told)
+    first = 0
+    for one, other in zip(_pieces(paths), _pieces(found.paths), strict=True):
+        ours, theirs = _replayed(world, one), _replayed(found.world, other)
+        far = max(far, float(apart(world.vocabulary, ground.assumption, ours, theirs, spans).max()))
+        for number, (query, value) in enumerate(told):
+            again = evaluate_many(found.world, theirs, query.value, query.times)
+            off[number] = max(off[number], off_by(value[first : first + len(one)], again))
+        first += len(one)
+    return Trust(found.method, found.told, far, None, found.copied, max(off, default=None))
 
 
 def _checked(

@@ -18,6 +18,7 @@ from i2pdsl.audience.particles import (
     SwarmTables,
     belief_of,
     looked_up,
+    or_all,
     picked,
 )
 
@@ -48,7 +49,7 @@ def ahead(
     lifted = lambda part: part[(..., *turns, slice(None))]
     log_weight, total = lifted(log_weight), xp.zeros((), log_weight.dtype)
     for u, row in enumerate(log_rows):
-        inside = lifted(_inside(tables, minds, mask))
+        inside = or_all(lifted(mask[looked_up(tables.row, minds)]) & (log_weight > -xp.inf))
         likely = _picked(row[..., tables.columns[u]], lifted(looked_up(tables.problems[u], minds)))
         joint = log_weight + likely
         total = total + log_sum(joint, inside) - log_sum(log_weight, inside)
@@ -60,12 +61,6 @@ def ahead(
     flat = flat.reshape(*shape[: len(shape) - len(turns)], -1, flat.shape[-1])
     after = belief_of(tables, minds, flat)
     return xp.broadcast_to(total, shape), after.reshape(*shape, after.shape[-1])
-
-
-def _inside(tables: SwarmTables, minds: Array, mask: Array) -> Array:
-    """Which particles fulfil conditions, [..., N]; all where none does."""
-    inside = mask[looked_up(tables.row, minds)]
-    return inside | ~inside.any(-1, keepdims=True)
 
 
 def _picked(values: Array, at: Array) -> Array:
@@ -93,7 +88,8 @@ def expectation(
     """E[quantity | mask], of a quantity that is known of each particle: [...]."""
     xp = swarm.log_weight.__array_namespace__()
     minds, log_weight = with_prior(tables, swarm)
-    weights = xp.exp(log_weight) * _inside(tables, minds, mask)
+    weights = xp.exp(log_weight)
+    weights = weights * or_all(mask[looked_up(tables.row, minds)] & (weights > 0))
     values = quantity(Minds(tables, minds))
     found: Array = (weights * xp.where(weights > 0, values, 0.0)).sum(-1) / weights.sum(-1)
     return found

@@ -234,10 +234,15 @@ def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array
     xp = values.__array_namespace__()
     own = of_each(tables, swarm, u, values)
     weights = xp.exp(swarm.log_weight)
-    there = weights * within[looked_up(tables.row, swarm.minds)]
-    weights = xp.where(there.sum(-1, keepdims=True) > 0, there, weights)
+    weights = weights * or_all(within[looked_up(tables.row, swarm.minds)] & (weights > 0))
     found: Array = (weights * own).sum(-1) / weights.sum(-1)
     return found
+
+
+def or_all(some: Array) -> Array:
+    """Some of the particles, [..., N]; all where there are none: a condition that nobody's particle
+    fulfils leaves viewers with what they believe without it."""
+    return some | ~some.any(-1, keepdims=True)
 
 
 def of_each(tables: SwarmTables, swarm: Swarm, u: int, values: Array) -> Array:

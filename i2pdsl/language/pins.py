@@ -56,7 +56,7 @@ def read_kept(
             found.append(_kept(statement.file, frames, elaborator, env))
         except Stop:
             continue
-        if not ((folder or Path()) / found[-1].file).is_file():
+        if not found[-1].path(folder).is_file():
             message = f"there is no `{found[-1].file}` beside this story"
             elaborator.report(Diagnostic("keep", message, statement.file.span, None, (), "warning"))
     return tuple(found)

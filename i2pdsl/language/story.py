@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
+from pathlib import Path
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_file
 from i2pdsl.language import ast
@@ -162,6 +163,10 @@ class KeptFrames:
     file: str
     frames: range
     span: Span
+
+    def path(self, folder: Path | None) -> Path:
+        """Of the other script, given the story's folder."""
+        return (folder or Path()) / self.file
 
 
 @dataclass(frozen=True)

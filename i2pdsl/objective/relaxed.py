@@ -3,8 +3,7 @@
 A condition of what stands where is asked of a small world with those whom it is about and all who
 move them (worlds/world.py:SmallWorld), where reach.py tells how soon it can be. Of several that
 shall hold at once it takes at least as long as of each, where that world would be too large for all
-of them. Of other conditions nothing is known but
-that it takes a frame.
+of them. Of other conditions nothing is known but that it takes a frame.
 """
 
 from __future__ import annotations

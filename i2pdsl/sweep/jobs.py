@@ -99,7 +99,7 @@ def jobs_of_story(
     folder = f"{name}/{plain_name(chosen)}" if chosen else name
     # What imports, patterns and the world's file come to is in the checked story.
     meaning = [(each.objective, each.requirements, each.pins) for each in (told, *told.lengths)]
-    kept = [_content(story.folder, each.file) for each in told.kept]
+    kept = [_content(each.path(story.folder)) for each in told.kept]
     told_by = (told.source.text, story.spec, meaning, told.audiences)
     content = (*told_by, *([kept] if kept else []), asdict(manner), __version__)
     planning = digest(story.spec, [viewer.spec for viewer in story.viewers])
@@ -119,10 +119,10 @@ def jobs_of_story(
     ]
 
 
-def _content(folder: Path | None, file: str) -> bytes | None:
+def _content(path: Path) -> bytes | None:
     """What is in a script whose frames a story keeps; None where it cannot be read."""
     try:
-        return read_bytes((folder or Path()) / file, LARGEST_TEXT)
+        return read_bytes(path, LARGEST_TEXT)
     except OSError:
         return None
 

@@ -30,6 +30,7 @@ from i2pdsl.worlds.kind import Watch
 
 LONG = 30.0  # seconds that nothing here takes
 TINY = 0.002  # seconds: the longest of one wait
+INITIALIZE = {"processId": None, "rootUri": None, "capabilities": {}}
 
 
 class Played:
@@ -142,8 +143,7 @@ def test_the_last_text_always_has_its_film(played: Played, tmp_path: Path) -> No
     async def storm() -> None:
         studio = Studio(tmp_path, None)
         client = Client(studio, (tmp_path / "a.story").as_uri())
-        initialize = {"processId": None, "rootUri": None, "capabilities": {}}
-        client.say("initialize", initialize, 0)
+        client.say("initialize", INITIALIZE, 0)
         for count in range(150):
             kind = random.choice(["plain", "plain", "rare", "moves", "wrong"])
             client.write(f"{kind} {count}")
@@ -182,7 +182,7 @@ def test_few_first_pictures_without_a_film_are_not_the_last_word(
     async def one(kind: str) -> tuple[dict[str, Any], list[str]]:
         studio = Studio(tmp_path, None)
         client = Client(studio, (tmp_path / "a.story").as_uri())
-        client.say("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 0)
+        client.say("initialize", INITIALIZE, 0)
         client.write(kind)
         answer = await client.until_answered(client.ask("solve", seed=0))
         studio.left(client.page)
@@ -204,11 +204,10 @@ def test_pages_that_come_and_go(played: Played, tmp_path: Path) -> None:
     async def storm() -> None:
         studio = Studio(tmp_path, None)
         stays = Client(studio, (tmp_path / "a.story").as_uri())
-        initialize = {"processId": None, "rootUri": None, "capabilities": {}}
-        stays.say("initialize", initialize, 0)
+        stays.say("initialize", INITIALIZE, 0)
         for count in range(25):
             goes = Client(studio, stays.uri)
-            goes.say("initialize", initialize, 0)
+            goes.say("initialize", INITIALIZE, 0)
             goes.write(f"plain {count} of another")
             goes.ask("solve", seed=0)
             stays.write(f"plain {count}")
@@ -246,7 +245,7 @@ def test_what_a_thread_makes_that_did_not_hear_is_not_shown(
     async def both() -> None:
         studio = Studio(tmp_path, None)
         client = Client(studio, (tmp_path / "a.story").as_uri())
-        client.say("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 0)
+        client.say("initialize", INITIALIZE, 0)
         client.page._best = Watched()
         client.write("old")
         client.ask("solve", seed=0)
