@@ -144,13 +144,13 @@ def holding_all(**settings: float | str) -> GridWorld:
     dynamics = build_dynamics(spec)
     viewer = Viewer(spec, particles=Particles(count=34, least=0, frames=16))
     world = assemble(spec, dynamics, (viewer,), [solve(spec, dynamics)])
-    (tables,) = world.tables.swarms
+    (tables,) = world.tables.holdings
     flags, possible = tables.flag, tables.possible
     every = np.array(list(np.ndindex(*(possible.shape[-1],) * 2)))
     group = flags[0, every[:, 0]] + flags[1, every[:, 1]]
     first = every[(possible[group[:, None], np.arange(2), every]).all(1)]
     assert len(first) == 34
-    return replace(world, tables=world.tables._replace(swarms=(tables._replace(first=first),)))
+    return replace(world, tables=world.tables._replace(holdings=(tables._replace(first=first),)))
 
 
 def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:

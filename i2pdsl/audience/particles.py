@@ -124,7 +124,7 @@ class Swarm(NamedTuple):
     seen: Array
     effective: Array
 
-    def each(self, change: Any, *others: Swarm) -> Swarm:
+    def each(self, change: Any, *others: Any) -> Swarm:
         """The swarm with each of its arrays changed, given the same ones of others; without what
         one of them does not remember."""
         together = (self, *others)
@@ -134,6 +134,11 @@ class Swarm(NamedTuple):
             parts = zip(*(getattr(s, name) for s in together), strict=False)
             held[name] = tuple(change(*part) for part in parts)
         return Swarm(**held)
+
+    @property
+    def remembered(self) -> Swarm:
+        """The particles without what only their next step needs."""
+        return self._replace(sums=(), marks=())
 
 
 _PLAIN = ("minds", "log_weight", "since", "seen", "effective")
