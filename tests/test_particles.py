@@ -104,7 +104,7 @@ def watch(
     rows = np.broadcast_to(rows, (len(seeds), *rows.shape))
     found, beliefs = _watch(swarms(world, viewer, plan, seeds), jnp.asarray(rows))
     truth = log_sum(frames.log_expecting[1:] + frames.log_rows[1:]).sum()
-    return np.exp(np.asarray(found, float) - truth), np.exp(np.asarray(beliefs, float))
+    return np.exp(np.asarray(found, float) - truth), np.asarray(beliefs, float)
 
 
 PLAN = Particles(count=64, frames=16, moves=1)

@@ -16,8 +16,9 @@ own share of an even belief U over all H hypotheses that he thinks possible,
 
     P(m) <- (1 - e') P(m) + e' U(m),   P(h_i | m) <- (1 - e') P(h_i | m) + e' U(h_i | m),
 
-e' = e H / (H - 1). Each of m and h_i is then forgotten as fast as `filter.update` would have
-it; what is known of them together a bit faster. Without forgetting it is the same belief.
+e' = e H / (H - 1). Each of m and h_i is then forgotten as fast as `filter.update` would have it;
+what is known of them together a bit faster. Without forgetting it is the same belief, but for a
+share of LEAST that is forgotten all the same, so that nothing gets too improbable to be held.
 
 What is asked is asked of *points*: m, and of each h_i only its class, which is what expressions
 tell apart (or h_i itself, where a question is about its values). NumPy and JAX arrays alike;
@@ -30,20 +31,37 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import log_sum
-
 Array = Any
 
-LEAST = -80.0  # log of the share of a class, below which it is not 0 in single precision
+LEAST = {"float32": 1e-20, "float64": 1e-100}  # of a factor, whoever forgets however little
+UNLIKELY = {"float32": -60.0, "float64": -600.0}  # log of the probability that any action has
+
+
+class Factors(NamedTuple):
+    """P(m), [..., M], and P(h_i | m), [..., M, K] for each i."""
+
+    common: Array
+    own: tuple[Array, ...]
+
+    def each(self, change: Any, *others: Any) -> Factors:
+        """The factors with each of their arrays changed, given the same ones of others."""
+        owns = zip(self.own, *(other.own for other in others), strict=True)
+        common = change(self.common, *(other.common for other in others))
+        return Factors(common, tuple(change(*parts) for parts in owns))
+
+    @property
+    def remembered(self) -> Factors:
+        """What questions need of them."""
+        return self
 
 
 class FactorTables(NamedTuple):
     """The numbers of one observer who holds factors.
 
     Attributes:
-        common: log P(m) before anything moved, [M].
-        own: log P(h_i | m), [M, K] for each i; -inf for what cannot be beside m.
-        even: U(m), [M], and U(h_i | m), [M, K] each; empty where nobody forgets.
+        common: P(m) before anything moved, [M].
+        own: P(h_i | m), [M, K] for each i; 0 of what cannot be beside m.
+        even: U(m), [M], and U(h_i | m), [M, K] each.
         anew: e', [].
         problems: for each observation the problem that who acts solves: [M] of who is modelled,
             else [M, K].
@@ -57,7 +75,7 @@ class FactorTables(NamedTuple):
 
     common: Array
     own: tuple[Array, ...]
-    even: tuple[Array, ...]
+    even: Factors
     anew: Array
     problems: tuple[Array, ...]
     columns: tuple[Array, ...]
@@ -78,24 +96,6 @@ class FactorTables(NamedTuple):
         return own.index(u) if u in own else None
 
 
-class Factors(NamedTuple):
-    """log P(m), [..., M], and log P(h_i | m), [..., M, K] for each i."""
-
-    common: Array
-    own: tuple[Array, ...]
-
-    def each(self, change: Any, *others: Any) -> Factors:
-        """The factors with each of their arrays changed, given the same ones of others."""
-        owns = zip(self.own, *(other.own for other in others), strict=True)
-        common = change(self.common, *(other.common for other in others))
-        return Factors(common, tuple(change(*parts) for parts in owns))
-
-    @property
-    def remembered(self) -> Factors:
-        """What questions need of them."""
-        return self
-
-
 def begun(tables: FactorTables) -> Factors:
     """The factors before anything moved."""
     return Factors(tables.common, tables.own)
@@ -107,22 +107,27 @@ def seen_by(tables: FactorTables, held: Factors, u: int, row: Array) -> Factors:
     Args:
         row: the world's log-likelihoods of it, [..., Q'].
     """
-    common, own, i = held.common, list(held.own), tables.factor(u)
-    likely = _of_problems(tables, u, row)
+    xp = row.__array_namespace__()
+    joint, anew = _joint(tables, held, u, row), xp.maximum(tables.anew, LEAST[str(row.dtype)])
+    common, own, i = joint.common, list(joint.own), tables.factor(u)
+    if i is not None:
+        total = own[i].sum(-1)
+        common, own[i] = common * total, own[i] / total[..., None]
+    common = common / common.sum(-1, keepdims=True)
+    mixed = lambda share, even: (1 - anew) * share + anew * even
+    return Factors(common, tuple(own)).each(mixed, tables.even)
+
+
+def _joint(tables: FactorTables, held: Factors, u: int, row: Array) -> Factors:
+    """The factors, not normalised, together with what was observed u-th."""
+    xp = row.__array_namespace__()
+    likely = xp.exp(xp.maximum(row[..., tables.columns[u]], UNLIKELY[str(row.dtype)]))
+    likely, i = likely[..., tables.problems[u]], tables.factor(u)
     if i is None:
-        common = common + likely
-    else:
-        joint = own[i] + likely
-        total = log_sum(joint)
-        common, own[i] = common + total, joint - total[..., None]
-    common = common - log_sum(common)[..., None]
-    if not tables.even:
-        return Factors(common, tuple(own))
-    common, *own = (
-        _mixed(each, even, tables.anew)
-        for each, even in zip((common, *own), tables.even, strict=True)
-    )
-    return Factors(common, tuple(own))
+        return held._replace(common=held.common * likely)
+    own = list(held.own)
+    own[i] = own[i] * likely
+    return held._replace(own=tuple(own))
 
 
 def _of_problems(tables: FactorTables, u: int, values: Array) -> Array:
@@ -131,102 +136,71 @@ def _of_problems(tables: FactorTables, u: int, values: Array) -> Array:
     return values[..., tables.columns[u]][..., tables.problems[u]]
 
 
-def _mixed(log_share: Array, even: Array, anew: Array) -> Array:
-    xp = log_share.__array_namespace__()
-    mixed = (1 - anew) * xp.exp(log_share) + anew * even
-    return _log(xp, mixed)
-
-
-def _log(xp: Any, share: Array) -> Array:
-    """The logarithm, -inf of 0."""
-    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
-
-
 def _by_class(tables: FactorTables, i: int, own: Array) -> Array:
-    """log of the sum over each class of [..., M, K]: [..., M, C]."""
-    xp, classes = own.__array_namespace__(), tables.classes[i]
-    if classes.shape[0] == classes.shape[1]:  # each is a class of its own
-        return own
-    top = xp.max(own, axis=-1, keepdims=True)
-    share = xp.where(own > -xp.inf, xp.exp(xp.maximum(own - top, LEAST)), 0.0)
-    return _log(xp, share @ classes) + top
-
-
-def _points(common: Array, parts: tuple[Array, ...]) -> Array:
-    """log P of each point, [..., M, X_1, ..., X_k], of parts [..., M, X_i]."""
-    found = common[(..., *(None,) * len(parts))]
-    for i, part in enumerate(parts):
-        before, after = (None,) * i, (None,) * (len(parts) - i - 1)
-        found = found + part[(..., *before, slice(None), *after)]
-    return found
+    """The sum over each class of [..., M, K]: [..., M, C]."""
+    classes = tables.classes[i]
+    return own if classes.shape[0] == classes.shape[1] else own @ classes
 
 
 def _classes(tables: FactorTables, held: Factors) -> tuple[Array, ...]:
-    """log P(class of h_i | m), [..., M, C] for each i."""
+    """P(class of h_i | m), [..., M, C] for each i."""
     return tuple(_by_class(tables, i, own) for i, own in enumerate(held.own))
 
 
-def _as_rows(tables: FactorTables, held: Factors) -> Array:
-    """log of the sum over the points of each row, [..., H]."""
-    parts = _classes(tables, held)
-    points = _points(held.common, parts)
-    xp, lead = points.__array_namespace__(), points.shape[: points.ndim - len(parts) - 1]
-    groups = tables.groups
-    flat = points.reshape(*lead, groups.shape[0], -1)
-    if groups.shape[0] != groups.shape[1]:
-        top = xp.max(flat, axis=-2, keepdims=True)
-        top = xp.where(top > -xp.inf, top, 0.0)
-        weights = xp.where(flat > -xp.inf, xp.exp(xp.maximum(flat - top, LEAST)), 0.0)
-        flat = _log(xp, groups.T @ weights) + top
-    return xp.take(flat.reshape(*lead, -1), tables.rows, axis=-1)
+def _points(common: Array, parts: tuple[Array, ...]) -> Array:
+    """P of each point, [..., M, X_1, ..., X_k], of parts [..., M, X_i]."""
+    found = common[(..., *(None,) * len(parts))]
+    for i, part in enumerate(parts):
+        before, after = (None,) * i, (None,) * (len(parts) - i - 1)
+        found = found * part[(..., *before, slice(None), *after)]
+    return found
 
 
 def belief(tables: FactorTables, held: Factors) -> Array:
-    """log P of each row, [..., H]."""
-    return _as_rows(tables, held)
+    """P of each row, the sum over its points: [..., H]."""
+    points = _points(held.common, _classes(tables, held))
+    lead = points.shape[: points.ndim - tables.row_of.ndim]
+    groups, flat = tables.groups, points.reshape(*lead, len(tables.groups), -1)
+    if groups.shape[0] != groups.shape[1]:
+        flat = groups.T @ flat
+    return points.__array_namespace__().take(flat.reshape(*lead, -1), tables.rows, axis=-1)
 
 
 def likely(tables: FactorTables, held: Factors, u: int, row: Array) -> Array:
-    """log P(what is observed u-th | row) of each row, [..., H]; for an impossible row what is
+    """log P(what is observed u-th | row) of each row, [..., H]; of an impossible one what is
     expected without it."""
-    found = _of_problems(tables, u, row)
-    i = tables.factor(u)
-    if i is None:
-        joint = held._replace(common=held.common + found)
-    else:
-        own = list(held.own)
-        own[i] = own[i] + found
-        joint = held._replace(own=tuple(own))
-    before, after = _as_rows(tables, held), _as_rows(tables, joint)
+    before, after = belief(tables, held), belief(tables, _joint(tables, held, u, row))
     xp = before.__array_namespace__()
-    possible = before > -xp.inf
-    ratio = xp.where(possible, after, 0.0) - xp.where(possible, before, 0.0)
-    return xp.where(possible, ratio, log_sum(after)[..., None])
+    possible = before > 0
+    ratio = xp.where(possible, after, 0.0) / xp.where(possible, before, 1.0)
+    return _log(xp.where(possible, ratio, after.sum(-1, keepdims=True)))
 
 
-def _log_inside(points: Array, within: Array, row: Array) -> Array:
-    """log P of each of the points that are in some rows [H], given that one of these holds."""
+def _log(share: Array) -> Array:
+    """The logarithm, -inf of 0."""
+    xp = share.__array_namespace__()
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+
+
+def _inside(points: Array, within: Array, row: Array) -> Array:
+    """P of each of the points that are in some rows [H], given that one of these holds."""
     xp = points.__array_namespace__()
     there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
-    held = xp.where(there, points, -xp.inf)
-    flat = held.reshape(*held.shape[: held.ndim - row.ndim], -1)
-    total = log_sum(flat)
-    return held - total[(..., *(None,) * row.ndim)]
+    held = xp.where(there, points, 0.0)
+    return held / held.sum(tuple(range(-row.ndim, 0)), keepdims=True)
 
 
 def mean(tables: FactorTables, held: Factors, u: int, values: Array, within: Array) -> Array:
     """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
     rows [H]: [...]."""
     xp, i = values.__array_namespace__(), tables.factor(u)
-    parts = _classes(tables, held)
-    weights = xp.exp(_log_inside(_points(held.common, parts), within, tables.row_of))
-    count, found = len(parts), _of_problems(tables, u, values)
-    if i is not None:  # the mean in each class
-        share = xp.exp(_log_within(tables, i, held.own[i], parts[i]))
-        found = xp.where(share > 0, share * found, 0.0) @ tables.classes[i]
-    others = tuple(range(-count, 0)) if i is None else _but(count, i)
-    total: Array = (weights.sum(others) * found).sum(-1)
-    return total if i is None else total.sum(-1)
+    parts, found = _classes(tables, held), _of_problems(tables, u, values)
+    weights = _inside(_points(held.common, parts), within, tables.row_of)
+    if i is None:
+        return (weights.sum(tuple(range(-len(parts), 0))) * found).sum(-1)
+    inner = _within(tables, i, held.own[i], parts[i])
+    in_class = xp.where(inner > 0, inner * found, 0.0) @ tables.classes[i]
+    return (weights.sum(_but(len(parts), i)) * in_class).sum((-2, -1))
 
 
 def _but(count: int, i: int) -> tuple[int, ...]:
@@ -234,11 +208,11 @@ def _but(count: int, i: int) -> tuple[int, ...]:
     return tuple(n - count for n in range(count) if n != i)
 
 
-def _log_within(tables: FactorTables, i: int, own: Array, by_class: Array) -> Array:
-    """log P(h_i | m, its class), [..., M, K]; -inf where that is impossible."""
+def _within(tables: FactorTables, i: int, own: Array, by_class: Array) -> Array:
+    """P(h_i | m, its class), [..., M, K]; 0 where that is impossible."""
     xp = own.__array_namespace__()
     whole = xp.take(by_class, tables.class_of[i], axis=-1)
-    return own - xp.where(whole > -xp.inf, whole, 0.0)
+    return xp.where(whole > 0, own / xp.where(whole > 0, whole, 1.0), 0.0)
 
 
 def ahead(
@@ -256,14 +230,14 @@ def ahead(
         held.common[(..., *turns, slice(None))],
         tuple(own[(..., *turns, slice(None), slice(None))] for own in held.own),
     )
+    xp = mask.__array_namespace__()
+    within = lambda share: xp.where(mask, share, 0.0).sum(-1)
     total: Any = 0.0
     for u, row in enumerate(log_rows):
-        now = _as_rows(tables, held)
-        seen = now + likely(tables, held, u, row)
-        total = total + log_sum(seen, mask) - log_sum(now, mask)
+        joint = _joint(tables, held, u, row)
+        total = total + _log(within(belief(tables, joint)) / within(belief(tables, held)))
         held = seen_by(tables, held, u, row)
-    after = _as_rows(tables, held)
-    xp = after.__array_namespace__()
+    after = _log(belief(tables, held))
     shape = xp.broadcast_shapes(total.shape, after.shape[:-1])
     return xp.broadcast_to(total, shape), xp.broadcast_to(after, (*shape, after.shape[-1]))
 
@@ -288,7 +262,7 @@ def expectation(
         parts.append(own if i in told else _by_class(tables, i, own))
         if i in told:
             row = xp.take(row, tables.class_of[i], axis=i + 1)
-    weights = xp.exp(_log_inside(_points(held.common, tuple(parts)), mask, row))
+    weights = _inside(_points(held.common, tuple(parts)), mask, row)
     weights = weights.reshape(*weights.shape[: weights.ndim - row.ndim], -1)
     values = quantity(Points(tables, row))
     found: Array = (weights * xp.where(weights > 0, values, 0.0)).sum(-1)
@@ -309,8 +283,7 @@ class Points:
     def of_problems(self, who: int, values: Array) -> Array:
         """Of what is known of a character's problems, [..., Q'], each point's, [..., N]."""
         xp, i = self._row.__array_namespace__(), self._tables.factor(who)
-        found = _of_problems(self._tables, who, values)
-        count = self._row.ndim - 1
+        found, count = _of_problems(self._tables, who, values), self._row.ndim - 1
         if i is None:
             found = found[(..., *(None,) * count)]
         else:
@@ -322,43 +295,31 @@ class Points:
 def entropy(tables: FactorTables, held: Factors, mask: Array) -> Array:
     """The entropy of all hypotheses given a mask, in nats, [...]: that of the points, and what is
     left to know within classes."""
-    parts, xp = _classes(tables, held), held.common.__array_namespace__()
-    log_share = _log_inside(_points(held.common, parts), mask, tables.row_of)
-    share = xp.exp(log_share)
-    found = -_weighed(share, log_share).sum(tuple(range(-tables.row_of.ndim, 0)))
-    for i, own in enumerate(held.own):
-        inner = _log_within(tables, i, own, parts[i])
-        left = -_weighed(xp.exp(inner), inner) @ tables.classes[i]
-        found = found + (share.sum(_but(len(parts), i)) * left).sum((-2, -1))
-    return found
+    return -_expected_log(tables, held, held, mask)
 
 
 def divergence(tables: FactorTables, first: Factors, second: Factors, mask: Array) -> Array:
     """KL(first || second) of all hypotheses given a mask, in nats, [...]; as `entropy`."""
-    xp = first.common.__array_namespace__()
-    parts, others = _classes(tables, first), _classes(tables, second)
-    one, two = (
-        _log_inside(_points(held.common, each), mask, tables.row_of)
-        for held, each in ((first, parts), (second, others))
+    own = _expected_log(tables, first, first, mask)
+    return own - _expected_log(tables, first, second, mask)
+
+
+def _expected_log(tables: FactorTables, held: Factors, other: Factors, mask: Array) -> Array:
+    """E[log P(hypothesis | mask)] of another belief, [...]."""
+    parts, others = _classes(tables, held), _classes(tables, other)
+    share, of = (
+        _inside(_points(each.common, classes), mask, tables.row_of)
+        for each, classes in ((held, parts), (other, others))
     )
-    share = xp.exp(one)
-    found = _weighed(share, _less(one, two)).sum(tuple(range(-tables.row_of.ndim, 0)))
+    found = _times_log(share, of).sum(tuple(range(-tables.row_of.ndim, 0)))
     for i in range(len(parts)):
-        inner = _log_within(tables, i, first.own[i], parts[i])
-        other = _log_within(tables, i, second.own[i], others[i])
-        left = _weighed(xp.exp(inner), _less(inner, other)) @ tables.classes[i]
+        inner = _within(tables, i, held.own[i], parts[i])
+        left = _times_log(inner, _within(tables, i, other.own[i], others[i])) @ tables.classes[i]
         found = found + (share.sum(_but(len(parts), i)) * left).sum((-2, -1))
     return found
 
 
-def _less(log_value: Array, other: Array) -> Array:
-    """The difference of two logarithms, 0 where both are -inf."""
-    xp = log_value.__array_namespace__()
-    possible = log_value > -xp.inf
-    return xp.where(possible, log_value, 0.0) - xp.where(possible, other, 0.0)
-
-
-def _weighed(weights: Array, values: Array) -> Array:
-    """weights * values, 0 where the weight is 0."""
+def _times_log(weights: Array, of: Array) -> Array:
+    """weights * log(of), 0 where the weight is 0."""
     xp = weights.__array_namespace__()
-    return weights * xp.where(weights > 0, values, 0.0)
+    return weights * xp.log(xp.where(weights > 0, of, 1.0))

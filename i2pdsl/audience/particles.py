@@ -188,11 +188,9 @@ def picked(values: Array, at: Array) -> Array:
 
 
 def belief(tables: SwarmTables, swarm: Swarm) -> Array:
-    """log P of each row: the particles' weights, and FLOOR of the prior. [..., H]."""
+    """P of each row: the particles' weights, and FLOOR of the prior. [..., H]."""
     share = _shares(tables, swarm)
-    xp = share.__array_namespace__()
-    mixed = (1 - FLOOR) * share + FLOOR * xp.exp(tables.log_rows)
-    return xp.where(mixed > 0, xp.log(xp.where(mixed > 0, mixed, 1.0)), -xp.inf)
+    return (1 - FLOOR) * share + FLOOR * share.__array_namespace__().exp(tables.log_rows)
 
 
 def belief_of(tables: SwarmTables, minds: Array, log_weight: Array) -> Array:

@@ -29,8 +29,11 @@ class Belief(NamedTuple):
             return self
         pairs = zip(_of_tables(tables), self.holdings, strict=True)
         beliefs = (way_of(each).belief(each, held) for each, held in pairs)
-        own = {o: next(beliefs) for o, each in enumerate(tables) if each is not None}
         xp = self.log.__array_namespace__()
+        if all(each is not None for each in tables):
+            share = xp.stack(xp.broadcast_arrays(*beliefs), axis=-2)
+            return self._replace(log=_log(share), share=None if self.share is None else share)
+        own = {o: _log(next(beliefs)) for o, each in enumerate(tables) if each is not None}
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
@@ -102,6 +105,12 @@ class Belief(NamedTuple):
         parts = zip(self[:2], *(other[:2] for other in others), strict=True)
         log, share = (None if part[0] is None else change(*part) for part in parts)
         return Belief(log, share)
+
+
+def _log(share: Array) -> Array:
+    """The logarithm, -inf of 0."""
+    xp = share.__array_namespace__()
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
 
 
 def _of_tables(tables: Sequence[HoldingTables | None]) -> list[HoldingTables]:

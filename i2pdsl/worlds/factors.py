@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.factors import FactorTables
+from i2pdsl.audience.factors import Factors, FactorTables
 from i2pdsl.audience.particles import Index
 from i2pdsl.worlds.minds import Rows, Seen, Space
 
@@ -66,26 +66,21 @@ def factor_tables(space: Space, rows: Rows, seen: Seen, tree: Tree) -> FactorTab
     """The numbers of an observer, whose prior and knowledge are products (priors.factorises)."""
     joint = _Joint(space, rows, tree)
     weight = seen.prior / rows.counts
-    common, own = joint.factors(weight)
     held = float((rows.counts * seen.known).sum())
-    even: tuple[np.ndarray, ...] = ()
-    if seen.forgetting > 0 and held > 1:
-        first, others = joint.factors(seen.known.astype(float))
-        even = (first, *others)
-    with np.errstate(divide="ignore"):
-        return FactorTables(
-            common=np.log(common),
-            own=tuple(map(np.log, own)),
-            even=even,
-            anew=np.array(seen.forgetting * held / (held - 1) if held > 1 else 0.0),
-            problems=tuple(joint.problem(index) for index in seen.problems),
-            columns=seen.columns,
-            class_of=joint.class_of,
-            classes=tuple(map(_one_hot, joint.class_of)),
-            groups=_one_hot(joint.group_of),
-            rows=joint.rows,
-            row_of=joint.row_of,
-        )
+    first = joint.factors(weight)
+    return FactorTables(
+        common=first.common,
+        own=first.own,
+        even=joint.factors(seen.known.astype(float)),
+        anew=np.array(seen.forgetting * held / (held - 1) if held > 1 else 0.0),
+        problems=tuple(joint.problem(index) for index in seen.problems),
+        columns=seen.columns,
+        class_of=joint.class_of,
+        classes=tuple(map(_one_hot, joint.class_of)),
+        groups=_one_hot(joint.group_of),
+        rows=joint.rows,
+        row_of=joint.row_of,
+    )
 
 
 class _Joint:
@@ -122,7 +117,7 @@ class _Joint:
         self.rows[self.row_of.reshape(-1)] = flat.reshape(-1)
         self.rows = self.rows[:-1]
 
-    def factors(self, weight: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    def factors(self, weight: np.ndarray) -> Factors:
         """P(m) [M], and P(h_i | m) [M, K] for each i, where hypotheses have weights [H] as their
         rows have. Beside what is impossible all are alike."""
         points = np.append(weight, 0.0)[self.row_of]
@@ -137,7 +132,7 @@ class _Joint:
             each = np.where(sizes[i] > 0, by_class / np.maximum(sizes[i], 1), 0.0)[:, mine] * there
             each = np.where(each.sum(-1, keepdims=True) > 0, each, there)
             own.append(each / each.sum(-1, keepdims=True))
-        return common / common.sum(), own
+        return Factors(common / common.sum(), tuple(own))
 
     def problem(self, index: Index) -> np.ndarray:
         """The problem of who acts, by an index of its hypotheses: [M] or [M, K]."""

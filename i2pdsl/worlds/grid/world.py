@@ -144,6 +144,8 @@ class GridWorld:
 
     @property
     def keeps_doubt(self) -> bool:
+        if not self.lists_hypotheses:  # what is held is probabilities
+            return True
         if self.tables.holdings:
             return False
         possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
