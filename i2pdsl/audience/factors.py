@@ -69,8 +69,8 @@ class FactorTables(NamedTuple):
         class_of: the class of each h_i, [K] each.
         classes: the same one-hot, [K, C] each.
         groups: the class of each m, one-hot [M, G].
-        rows: the place of each row among the G x C_1 x ... x C_k combinations of classes, [H].
-        row_of: the row of each point, [M, C_1, ..., C_k]; H where there is none.
+        rows: the place of each row among the C_1 x ... x C_k x G combinations of classes, [H].
+        row_of: the row of each point, [C_1, ..., C_k, M]; H where there is none.
     """
 
     common: Array
@@ -148,21 +148,27 @@ def _classes(tables: FactorTables, held: Factors) -> tuple[Array, ...]:
 
 
 def _points(common: Array, parts: tuple[Array, ...]) -> Array:
-    """P of each point, [..., M, X_1, ..., X_k], of parts [..., M, X_i]."""
-    found = common[(..., *(None,) * len(parts))]
+    """P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
+    found = common[(..., *(None,) * len(parts), slice(None))]
     for i, part in enumerate(parts):
-        before, after = (None,) * i, (None,) * (len(parts) - i - 1)
-        found = found * part[(..., *before, slice(None), *after)]
+        found = found * _along(part, i, len(parts))
     return found
+
+
+def _along(part: Array, i: int, count: int) -> Array:
+    """What is known of each m and h_i, [..., M, X_i], with an axis for each of `count` of these."""
+    swapped = part.__array_namespace__().swapaxes(part, -1, -2)
+    before, after = (None,) * i, (None,) * (count - i - 1)
+    return swapped[(..., *before, slice(None), *after, slice(None))]
 
 
 def belief(tables: FactorTables, held: Factors) -> Array:
     """P of each row, the sum over its points: [..., H]."""
     points = _points(held.common, _classes(tables, held))
     lead = points.shape[: points.ndim - tables.row_of.ndim]
-    groups, flat = tables.groups, points.reshape(*lead, len(tables.groups), -1)
+    groups, flat = tables.groups, points.reshape(*lead, -1, len(tables.groups))
     if groups.shape[0] != groups.shape[1]:
-        flat = groups.T @ flat
+        flat = flat @ groups
     return points.__array_namespace__().take(flat.reshape(*lead, -1), tables.rows, axis=-1)
 
 
@@ -197,15 +203,15 @@ def mean(tables: FactorTables, held: Factors, u: int, values: Array, within: Arr
     parts, found = _classes(tables, held), _of_problems(tables, u, values)
     weights = _inside(_points(held.common, parts), within, tables.row_of)
     if i is None:
-        return (weights.sum(tuple(range(-len(parts), 0))) * found).sum(-1)
+        return (weights.sum(_but(len(parts))) * found).sum(-1)
     inner = _within(tables, i, held.own[i], parts[i])
     in_class = xp.where(inner > 0, inner * found, 0.0) @ tables.classes[i]
-    return (weights.sum(_but(len(parts), i)) * in_class).sum((-2, -1))
+    return (weights.sum(_but(len(parts), i)) * xp.swapaxes(in_class, -1, -2)).sum((-2, -1))
 
 
-def _but(count: int, i: int) -> tuple[int, ...]:
-    """The axes of all classes of points but those of h_i."""
-    return tuple(n - count for n in range(count) if n != i)
+def _but(count: int, i: int | None = None) -> tuple[int, ...]:
+    """The axes of all classes of points, or of all but those of h_i."""
+    return tuple(n - count - 1 for n in range(count) if n != i)
 
 
 def _within(tables: FactorTables, i: int, own: Array, by_class: Array) -> Array:
@@ -261,7 +267,7 @@ def expectation(
     for i, own in enumerate(held.own):
         parts.append(own if i in told else _by_class(tables, i, own))
         if i in told:
-            row = xp.take(row, tables.class_of[i], axis=i + 1)
+            row = xp.take(row, tables.class_of[i], axis=i)
     weights = _inside(_points(held.common, tuple(parts)), mask, row)
     weights = weights.reshape(*weights.shape[: weights.ndim - row.ndim], -1)
     values = quantity(Points(tables, row))
@@ -270,7 +276,7 @@ def expectation(
 
 
 class Points:
-    """Points, to be asked what is known of them; `row` is the row of each, [M, X_1, ..., X_k]."""
+    """Points, to be asked what is known of them; `row` is the row of each, [X_1, ..., X_k, M]."""
 
     def __init__(self, tables: FactorTables, row: Array) -> None:
         self._tables, self._row = tables, row
@@ -285,9 +291,9 @@ class Points:
         xp, i = self._row.__array_namespace__(), self._tables.factor(who)
         found, count = _of_problems(self._tables, who, values), self._row.ndim - 1
         if i is None:
-            found = found[(..., *(None,) * count)]
+            found = found[(..., *(None,) * count, slice(None))]
         else:
-            found = found[(..., *(None,) * i, slice(None), *(None,) * (count - i - 1))]
+            found = _along(found, i, count)
         lead = found.shape[: found.ndim - self._row.ndim]
         return xp.broadcast_to(found, (*lead, *self._row.shape)).reshape(*lead, -1)
 
@@ -315,7 +321,8 @@ def _expected_log(tables: FactorTables, held: Factors, other: Factors, mask: Arr
     for i in range(len(parts)):
         inner = _within(tables, i, held.own[i], parts[i])
         left = _times_log(inner, _within(tables, i, other.own[i], others[i])) @ tables.classes[i]
-        found = found + (share.sum(_but(len(parts), i)) * left).sum((-2, -1))
+        swapped = left.__array_namespace__().swapaxes(left, -1, -2)
+        found = found + (share.sum(_but(len(parts), i)) * swapped).sum((-2, -1))
     return found
 
 

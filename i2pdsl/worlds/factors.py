@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -88,7 +87,7 @@ class _Joint:
 
     Attributes:
         group_of: the class of each value of the common factor, [M]; class_of: of each mind, [K].
-        row_of: the row of each point, [M, C_1, ..., C_k]; H where there is none.
+        row_of: the row of each point, [C_1, ..., C_k, M]; H where there is none.
         rows: a place of each row among the combinations of classes, [H].
     """
 
@@ -101,34 +100,33 @@ class _Joint:
         own_digits = [digits[c, : len(space.parts[c])] for c in tree.own]
         self.class_of = tuple(map(_numbered, own_digits))
         self._pairs = list(zip(tree.possible, self.class_of, strict=True))
-        place: Any = of_common
-        possible: Any = np.ones(len(tree.minds), bool)
-        for numbers, (there, mine) in zip(own_digits, self._pairs, strict=True):
-            place = place[..., None] + _first(numbers, mine)
-            held = there @ _one_hot(mine) > 0  # which classes there are beside each value
-            held = held.reshape(len(held), *(1,) * (possible.ndim - 1), -1)
-            possible = possible[..., None] & held
+        place, possible = of_common, np.ones(len(tree.minds), bool)
+        for numbers, (there, mine) in zip(reversed(own_digits), reversed(self._pairs), strict=True):
+            held = (
+                there @ _one_hot(mine) > 0
+            ).T  # which classes there are beside each value, [C, M]
+            axes = (len(held), *(1,) * (possible.ndim - 1), len(tree.minds))
+            first = _first(numbers, mine).reshape(-1, *(1,) * possible.ndim)
+            place, possible = place + first, possible & held.reshape(axes)
         self.row_of = np.where(possible, table[place], count)
-        groups = int(self.group_of.max()) + 1
-        sizes = (groups, *self.row_of.shape[1:])
-        where = np.indices(self.row_of.shape)
-        flat = np.ravel_multi_index((self.group_of[where[0]], *where[1:]), sizes)
+        sizes = (*self.row_of.shape[:-1], int(self.group_of.max()) + 1)
+        *classes, value = np.indices(self.row_of.shape)
+        flat = np.ravel_multi_index((*classes, self.group_of[value]), sizes)
         self.rows = np.zeros(count + 1, int)
         self.rows[self.row_of.reshape(-1)] = flat.reshape(-1)
         self.rows = self.rows[:-1]
 
     def factors(self, weight: np.ndarray) -> Factors:
-        """P(m) [M], and P(h_i | m) [M, K] for each i, where hypotheses have weights [H] as their
-        rows have. Beside what is impossible all are alike."""
-        points = np.append(weight, 0.0)[self.row_of]
+        """P(m), and P(h_i | m), where hypotheses have weights [H] as their rows have. Beside what
+        is impossible all are alike."""
+        points, count = np.append(weight, 0.0)[self.row_of], len(self._pairs)
         sizes = [there @ _one_hot(mine) for there, mine in self._pairs]
         for i, size in enumerate(sizes):
-            points = points * size.reshape(len(size), *(1,) * i, -1, *(1,) * (len(sizes) - i - 1))
-        axes = tuple(range(1, points.ndim))
-        common = points.sum(axes) if axes else points
+            points = points * size.T.reshape(*(1,) * i, -1, *(1,) * (count - i - 1), len(size))
+        common = points.sum(tuple(range(count)))
         own = []
         for i, (there, mine) in enumerate(self._pairs):
-            by_class = points.sum(tuple(axis for axis in axes if axis != i + 1))
+            by_class = points.sum(tuple(axis for axis in range(count) if axis != i)).T
             each = np.where(sizes[i] > 0, by_class / np.maximum(sizes[i], 1), 0.0)[:, mine] * there
             each = np.where(each.sum(-1, keepdims=True) > 0, each, there)
             own.append(each / each.sum(-1, keepdims=True))
