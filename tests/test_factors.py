@@ -272,8 +272,34 @@ def test_products_are_told_from_other_weights() -> None:
         assert not factorises(rows, parts, weights)
 
 
-FOUR = THREE.replace("roses, lake", "roses, lake, well").replace(
-    "tile lake", "tile well\n    cell = (1, 0)\ntile lake"
+def test_a_search_by_factors_finds_what_one_over_all_hypotheses_does(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    told = THREE.replace("R.", "R..").replace(".L", ".L.") + "audience\n    forgetting = 0.000001\n"
+    text = """world three
+length 4
+maximize depict(rho_knight_princess > 0) - entropy(script[:T])
+maximize 0.1 * E[V(princess) | script[:T], G_ghost = lake]
+search beam(starts = 8, width = 1, polish = 1)
+"""
+    found = []
+    for by_factors in (False, True):
+        if by_factors:
+            request.getfixturevalue("few")
+        folder = tmp_path / str(by_factors)  # what is known of a file is remembered
+        folder.mkdir()
+        (folder / "three.world").write_text(told)
+        story = Story.from_text(text, folder)
+        assert bool(story.typed.vocabulary.factors) == by_factors
+        found.append(story.solve(choose="score").script.score)
+    assert found[0] is not None
+    assert found[1] == pytest.approx(found[0], abs=1e-3)
+
+
+FOUR = (
+    THREE.replace("roses, lake", "roses, lake, well")
+    .replace("    R.\n    .L", "    R..\n    .L.")
+    .replace("tile lake", "tile well\n    cell = (2, 0)\ntile lake")
 )
 
 
