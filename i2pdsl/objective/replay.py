@@ -88,10 +88,10 @@ def replay_all(
         still = world.log_rows(tables, first, world.no_action(first), first)
         rows = tuple(row[:, None][:, :0] for row in still)
     seen = world.is_observed(actions)
-    given, prior = world.swarms(tables), world.log_prior(tables)
+    given, prior = world.holdings(tables), world.log_prior(tables)
     many = lambda part: np.broadcast_to(part, (count, *np.shape(part)))
     start = first_belief(world, tables)
-    belief = start.map(many)._replace(swarms=tuple(s.each(many) for s in start.swarms))
+    belief = start.map(many)._replace(holdings=tuple(s.each(many) for s in start.holdings))
     found, expecting = [belief], [np.stack([np.zeros_like(belief.log)] * len(rows), axis=1)]
     odd = np.zeros((count, length + 1, *prior.shape[:-1]))
     shown: list[list[np.ndarray]] = [[] for _ in rows]
@@ -107,7 +107,7 @@ def replay_all(
                 belief = after if happens.all() else after.where(happens, belief)
             if best and not world.lists_hypotheses:
                 odd[:, t + 1] += belief.regret(world, tables, u, best[u][:, t] - row[:, t])
-        if belief.swarms:
+        if belief.holdings:
             belief = belief.over(given).where(happens, belief)
         found.append(belief)
         expecting.append(np.stack(earlier, axis=1))
@@ -127,9 +127,9 @@ def replay_all(
         log_expecting=np.stack(expecting, axis=1),
         log_rows=np.concatenate([nothing, likelihoods], axis=1),
         regret=odd,
-        swarms=tuple(
+        holdings=tuple(
             parts[0].each(lambda *part: np.stack(part, axis=1), *parts[1:])
-            for parts in zip(*(each.swarms for each in found), strict=True)
+            for parts in zip(*(each.holdings for each in found), strict=True)
         ),
     )
     if best and world.lists_hypotheses:
