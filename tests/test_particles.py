@@ -27,7 +27,7 @@ from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.repl.session import Session
 from i2pdsl.search.rollout import resume
 from i2pdsl.stories import Script, Story
-from i2pdsl.worlds.grid.swarms import swarms_of
+from i2pdsl.worlds.grid.holdings import holdings_of
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import small_kitchen
@@ -69,7 +69,7 @@ def swarms(world: GridWorld, viewer: Viewer, plan: Particles, seeds: range) -> S
     """The tables of many seeds, along a first axis."""
     each = [replace(viewer, particles=replace(plan, seed=seed)) for seed in seeds]
     words = world.vocabulary
-    tables = [swarms_of(world.spec, words, (one,), world.tables)[0] for one in each]
+    tables = [holdings_of(world.spec, words, (one,), world.tables)[0] for one in each]
     stacked: SwarmTables = jax.tree.map(lambda *parts: np.stack(parts), *tables)
     return stacked
 
@@ -104,7 +104,7 @@ def watch(
     rows = np.broadcast_to(rows, (len(seeds), *rows.shape))
     found, beliefs = _watch(swarms(world, viewer, plan, seeds), jnp.asarray(rows))
     truth = log_sum(frames.log_expecting[1:] + frames.log_rows[1:]).sum()
-    return np.exp(np.asarray(found, float) - truth), np.exp(np.asarray(beliefs, float))
+    return np.exp(np.asarray(found, float) - truth), np.asarray(beliefs, float)
 
 
 PLAN = Particles(count=64, frames=16, moves=1)
@@ -171,7 +171,7 @@ def test_entropies_are_not_too_low() -> None:
 def tables_of(world: GridWorld, viewer: Viewer) -> SwarmTables:
     """Of one seed."""
     each = (replace(viewer, particles=PLAN),)
-    (tables,) = swarms_of(world.spec, world.vocabulary, each, world.tables)
+    (tables,) = holdings_of(world.spec, world.vocabulary, each, world.tables)
     assert tables is not None
     return tables
 

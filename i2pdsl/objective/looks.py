@@ -29,17 +29,18 @@ def looks_far(node: object, length: int) -> bool:
     return False
 
 
-def asks_particles(node: object) -> bool:
+def asks_holdings(node: object) -> bool:
     """Whether a form is about what differs between the hypotheses that a row stands for."""
     if not isinstance(node, ty.Belief):
         return False
     values = any(isinstance(part, ty.ValueAt) for part in ty.walk(node))
-    return values or BY_NAME[node.form].looks_ahead != ""
+    form = BY_NAME[node.form]
+    return values or form.looks_ahead != "" or (form.about == "latent" and node.about is None)
 
 
 def looks_back(node: object) -> bool:
-    """Whether such a form is about a frame whose particles are gone when the next one is over."""
-    return asks_particles(node) and any(
+    """Whether such a form is about a frame of which nothing is held when the next one is over."""
+    return asks_holdings(node) and any(
         isinstance(part, ty.Moment) and part.offset == -1 for part in ty.walk(node)
     )
 

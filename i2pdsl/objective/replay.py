@@ -94,11 +94,11 @@ def replay_all(
         still = world.log_rows(tables, first, world.no_action(first), first)
         rows = tuple(row[None][:0] for row in still)
     seen = np.moveaxis(world.is_observed(actions), 1, 0)
-    if world.keeps_doubt:
+    if world.keeps_doubt and world.lists_hypotheses:
         followed = _as_shares(world, seen, rows, within or regret)
     else:
         followed = _as_logs(world, seen, rows, best)
-    beliefs, expecting, likelihoods, odd, swarms = followed
+    beliefs, expecting, likelihoods, odd, holdings = followed
     script_first = lambda part: np.moveaxis(part, 1, 0)
     frames = Frame(
         number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
@@ -110,7 +110,7 @@ def replay_all(
         log_expecting=script_first(expecting),
         log_rows=script_first(likelihoods),
         regret=script_first(odd),
-        swarms=tuple(swarm.each(script_first) for swarm in swarms),
+        holdings=tuple(each.each(script_first) for each in holdings),
     )
     if best and world.lists_hypotheses:
         seen_by = Belief(script_first(frames.log_afterwards[:, 1:]))
@@ -123,13 +123,13 @@ def replay_all(
 Followed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[Any, ...]]
 """What is believed of N scripts of T frames, the frames in front: the beliefs before frame 0 (the
 prior) and after each, [T + 2, N, O, H], before each observation, and what each was like,
-[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and the particles."""
+[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and what is held of hypotheses that cannot be listed."""
 
 
 def _begun(
     world: World, seen: np.ndarray, observations: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Room for all but the particles; frame 0 is there."""
+    """Room for all but the last; frame 0 is there."""
     (length, count), prior = seen.shape, world.log_prior(world.tables)
     room = lambda frames, *own: np.empty((frames, count, *own, *prior.shape))
     beliefs, expecting = room(length + 2), room(length + 1, observations)
@@ -164,14 +164,14 @@ def _as_shares(
 def _as_logs(
     world: World, seen: np.ndarray, rows: tuple[np.ndarray, ...], best: tuple[np.ndarray, ...]
 ) -> Followed:
-    """Beliefs of any viewers, in logs; and particles."""
+    """Beliefs of any viewers, in logs, and what they hold instead of all hypotheses."""
     beliefs, expecting, likelihoods, odd = _begun(world, seen, len(rows))
     tables = world.tables
-    given = world.swarms(tables)
+    given = world.holdings(tables)
     many = lambda part: np.broadcast_to(part, (seen.shape[1], *np.shape(part)))
     start = first_belief(world, tables)
-    belief = start.map(many)._replace(swarms=tuple(s.each(many) for s in start.swarms))
-    swarms = [belief.swarms]
+    belief = start.map(many)._replace(holdings=tuple(s.each(many) for s in start.holdings))
+    holdings = [belief.holdings]
     beliefs[:2] = belief.log
     for t, happens in enumerate(seen, 1):
         belief = belief.shown(given)
@@ -183,12 +183,12 @@ def _as_logs(
                 belief = after if happens.all() else after.where(happens, belief)
             if best and not world.lists_hypotheses:
                 odd[t] += belief.regret(world, tables, u, best[u][t - 1] - row[t - 1])
-        if belief.swarms:
+        if belief.holdings:
             belief = belief.over(given).where(happens, belief)
-        swarms.append(belief.swarms)
+        holdings.append(belief.holdings)
         beliefs[t + 1] = belief.log
     together = lambda *part: np.stack(part)
-    each = (parts[0].each(together, *parts[1:]) for parts in zip(*swarms, strict=True))
+    each = (parts[0].each(together, *parts[1:]) for parts in zip(*holdings, strict=True))
     return beliefs, expecting, likelihoods, odd, tuple(each)
 
 

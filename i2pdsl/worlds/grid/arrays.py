@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.holding import HoldingTables
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -46,8 +46,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
-        swarms: the particles of each observer (None of who holds all hypotheses); empty where
-            nobody holds particles.
+        holdings: the particles or factors of each observer (None of who lists all hypotheses);
+            empty where everybody lists them.
         terms: for each character, of what its values are the sum, where they are additive: then
             `continuation` holds [R, P], the values of all sub-worlds one below the other.
         packed: how states are computed, where they are not listed.
@@ -75,7 +75,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
-    swarms: tuple[SwarmTables | None, ...] = ()
+    holdings: tuple[HoldingTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
     packed: Packed | None = None
 
