@@ -123,7 +123,8 @@ def replay_all(
 Followed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[Any, ...]]
 """What is believed of N scripts of T frames, the frames in front: the beliefs before frame 0 (the
 prior) and after each, [T + 2, N, O, H], before each observation, and what each was like,
-[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and what is held of hypotheses that cannot be listed."""
+[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and what is held instead of all
+hypotheses."""
 
 
 def _begun(
