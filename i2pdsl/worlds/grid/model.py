@@ -35,6 +35,7 @@ from i2pdsl.worlds.grid.arrays import (
     at_goal,
     cell_of,
     continued,
+    entries,
     namespace,
 )
 from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
@@ -130,7 +131,7 @@ def _joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
 def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
     if tables.policies is not None:
-        return tables.policies[who][state]
+        return entries(tables.policies[who], state)
     return _by_hypothesis(tables, who, _log_softmax(tables, who, state))
 
 
@@ -338,8 +339,12 @@ def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
 
 def transition(tables: Tables, moves: Moves, state: Array, action: Array) -> Array:
     """The state after an action of the story (chance outcomes are part of the action)."""
+    return _transition(tables, moves, state, action, steps(tables, moves, state, action)[1])
+
+
+def _transition(tables: Tables, moves: Moves, state: Array, action: Array, after: Array) -> Array:
+    """`transition`, given the arrangement after a turn."""
     xp = namespace(tables.coordinates)
-    _, after = steps(tables, moves, state, action)
     if tables.layer is not None:
         after = _later(tables, moves, state, after[..., None])[..., 0]
     if not moves.events:
@@ -354,10 +359,13 @@ class Step(NamedTuple):
     """What one character does in a frame.
 
     Attributes:
+        act, success: its action, and whether it succeeds.
         before, after: the arrangements just before and after its action.
         would: whether its action is one that could move it.
     """
 
+    act: Array
+    success: Array
     before: Array
     after: Array
     would: Array
@@ -374,7 +382,8 @@ def steps(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[li
     for who, (act, success) in enumerate(chosen):
         before = found[-1].after if found else here
         moved = successor(tables, who, act, before)
-        found.append(Step(before, xp.where(success, moved, before), moved != before))
+        after = xp.where(success, moved, before)
+        found.append(Step(act, success, before, after, moved != before))
     return found, found[-1].after
 
 
@@ -391,17 +400,17 @@ def _steps_together(
     waits = first == here
     would = (one(act, here) != here) | (one(act, second) != second)
     return [
-        Step(xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
-        Step(first, xp.where(waits, second, in_order), two(act2, first) != first),
+        Step(act, success, xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
+        Step(act2, success2, first, xp.where(waits, second, in_order), two(act2, first) != first),
     ], xp.where(waits, in_turn, in_order)
 
 
-def chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
-    """The state that each character sees as it chooses."""
+def chosen_at(tables: Tables, moves: Moves, state: Array, done: list[Step]) -> list[Array]:
+    """The state that each character sees as it chooses what it does in a turn."""
     if moves.together:
         return [state, state]
     frame = state - arrangement(tables, state)
-    return [step.before + frame for step in steps(tables, moves, state, action)[0]]
+    return [step.before + frame for step in done]
 
 
 def in_frame(frame: Array, place: Array) -> Array:
@@ -412,43 +421,57 @@ def in_frame(frame: Array, place: Array) -> Array:
 
 def decode(moves: Moves, who: int, action: Array, xp: Any) -> tuple[Array, Array]:
     """A character's action in a turn, and whether it succeeded; an event reads as staying."""
-    own = action // math.prod(moves.counts[who + 1 :]) % moves.counts[who]
-    outcomes = moves.outcomes[who]
-    is_turn = action < moves.turn_count
-    own = xp.where(is_turn, own, STAY)
-    acts = xp.asarray([a for a, _ in outcomes])
-    return acts[own], xp.asarray([ok for _, ok in outcomes])[own]
+    number = xp.minimum(action, moves.turn_count)
+    act, success = (entries(xp.asarray(each), number) for each in moves.turns[who])
+    return act, success
 
 
-def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
+def outcome(
+    tables: Tables, moves: Moves, state: Array, action: Array
+) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+    """`transition`, `log_rows` and `best_rows`."""
+    done, end = steps(tables, moves, state, action)
+    seen = (tables, moves, state, action)
+    return _transition(*seen, end), log_rows(*seen, done), best_rows(*seen, done)
+
+
+def log_rows(
+    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+) -> tuple[Array, ...]:
     """log P(observed action | H) for each character in the order of acting: [..., O, H] each.
 
     An event is expected by nobody and explained by nothing: its rows are 0.
+
+    Args:
+        done: what each of them does, where that is known.
     """
     xp = namespace(tables.coordinates)
-    states = chosen_at(tables, moves, state, action)
+    done = done or steps(tables, moves, state, action)[0]
+    states = chosen_at(tables, moves, state, done)
     rows = []
-    for who in range(len(moves.weak)):
-        act, _ = decode(moves, who, action, xp)
+    for who, step in enumerate(done):
         if tables.policies is not None:
-            row = tables.policies[who][states[who], act]
+            row = entries(tables.policies[who], (states[who], step.act))
         else:
-            row = _log_taken(tables, who, states[who], act)
+            row = _log_taken(tables, who, states[who], step.act)
         if moves.events or xp is not np:
             row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
         rows.append(row)
     return tuple(rows)
 
 
-def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
-    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
+def best_rows(
+    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+) -> tuple[Array, ...]:
+    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event. `done`
+    as for `log_rows`."""
     xp = namespace(tables.coordinates)
-    states = chosen_at(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, done or steps(tables, moves, state, action)[0])
     is_turn = (action < moves.turn_count)[..., None, None]
     rows = []
     for who in range(len(moves.weak)):
         if tables.policies is not None:
-            row = xp.max(tables.policies[who][states[who]], axis=-3)
+            row = xp.max(entries(tables.policies[who], states[who]), axis=-3)
         else:
             best = xp.max(_log_softmax(tables, who, states[who]), axis=-2)
             row = _by_hypothesis(tables, who, best)
@@ -461,11 +484,6 @@ def alternatives(
 ) -> tuple[tuple[Array, Array], ...]:
     """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
     did, [...]."""
-    states = chosen_at(tables, moves, state, action)
-    return tuple(
-        (
-            log_policy(tables, who, states[who]),
-            decode(moves, who, action, namespace(tables.coordinates))[0],
-        )
-        for who in range(len(moves.weak))
-    )
+    done, _ = steps(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, done)
+    return tuple((log_policy(tables, who, states[who]), step.act) for who, step in enumerate(done))
