@@ -219,7 +219,7 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
     policies = _policies(script, t, branches)
     place = (frames.before[t], np.asarray(action), frames.state[t])
     done = world.log_rows(world.tables, *place)
-    now = frames.at(t - 1).belief.shown(world.swarms(world.tables))
+    now = frames.at(t - 1).belief.shown(world.holdings(world.tables))
     found = []
     for u, who in enumerate(words.characters):
         belief, row, after = (

@@ -19,6 +19,7 @@ from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.subjects import Subject
 from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.find import find_spec
+from i2pdsl.worlds.grid import hypotheses as grid_hypotheses_module
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses, minds_of_all
 from i2pdsl.worlds.grid.parse import parse_world
@@ -144,13 +145,13 @@ def holding_all(**settings: float | str) -> GridWorld:
     dynamics = build_dynamics(spec)
     viewer = Viewer(spec, particles=Particles(count=34, least=0, frames=16))
     world = assemble(spec, dynamics, (viewer,), [solve(spec, dynamics)])
-    (tables,) = world.tables.swarms
+    (tables,) = world.tables.holdings
     flags, possible = tables.flag, tables.possible
     every = np.array(list(np.ndindex(*(possible.shape[-1],) * 2)))
     group = flags[0, every[:, 0]] + flags[1, every[:, 1]]
     first = every[(possible[group[:, None], np.arange(2), every]).all(1)]
     assert len(first) == 34
-    return replace(world, tables=world.tables._replace(swarms=(tables._replace(first=first),)))
+    return replace(world, tables=world.tables._replace(holdings=(tables._replace(first=first),)))
 
 
 def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:
@@ -241,8 +242,15 @@ def four(folder: Path, text: str, **settings: str) -> Story:
     return Story.from_text(f"world four\nlength 3\n{text}\n", folder, **settings)
 
 
-def test_viewers_hold_particles_where_nobody_can_hold_all(tmp_path: Path) -> None:
-    story = four(tmp_path, "maximize depict(rho_knight_princess > 0 and G_princess = lake)")
+def test_viewers_hold_particles_where_nobody_can_hold_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("i2pdsl.worlds.grid.hypotheses.MOST_HYPOTHESES", 100)  # neither by factors
+    grid_hypotheses_module.factors.cache_clear()
+    try:
+        story = four(tmp_path, "maximize depict(rho_knight_princess > 0 and G_princess = lake)")
+    finally:
+        grid_hypotheses_module.factors.cache_clear()
     (warning,) = story.typed.warnings
     assert "viewers cannot hold all 5,309 hypotheses: they hold 200 particles" in warning.message
     assert all(observer.particles for observer in story.typed.observers)
@@ -258,7 +266,10 @@ def test_viewers_hold_particles_where_nobody_can_hold_all(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ("minimize entropy(script[:T])", "`entropy` of everything is about every hypothesis"),
+        (
+            "audience particles\nminimize entropy(script[:T])",
+            "`entropy` of everything is about every hypothesis",
+        ),
         ("maximize P(rho_ghost_princess > 0 @ script[1] | script[:T])", "hindsight looks back"),
     ],
 )

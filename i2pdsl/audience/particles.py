@@ -124,7 +124,7 @@ class Swarm(NamedTuple):
     seen: Array
     effective: Array
 
-    def each(self, change: Any, *others: Swarm) -> Swarm:
+    def each(self, change: Any, *others: Any) -> Swarm:
         """The swarm with each of its arrays changed, given the same ones of others; without what
         one of them does not remember."""
         together = (self, *others)
@@ -134,6 +134,11 @@ class Swarm(NamedTuple):
             parts = zip(*(getattr(s, name) for s in together), strict=False)
             held[name] = tuple(change(*part) for part in parts)
         return Swarm(**held)
+
+    @property
+    def remembered(self) -> Swarm:
+        """The particles without what only their next step needs."""
+        return self._replace(sums=(), marks=())
 
 
 _PLAIN = ("minds", "log_weight", "since", "seen", "effective")
@@ -183,11 +188,9 @@ def picked(values: Array, at: Array) -> Array:
 
 
 def belief(tables: SwarmTables, swarm: Swarm) -> Array:
-    """log P of each row: the particles' weights, and FLOOR of the prior. [..., H]."""
+    """P of each row: the particles' weights, and FLOOR of the prior. [..., H]."""
     share = _shares(tables, swarm)
-    xp = share.__array_namespace__()
-    mixed = (1 - FLOOR) * share + FLOOR * xp.exp(tables.log_rows)
-    return xp.where(mixed > 0, xp.log(xp.where(mixed > 0, mixed, 1.0)), -xp.inf)
+    return (1 - FLOOR) * share + FLOOR * share.__array_namespace__().exp(tables.log_rows)
 
 
 def belief_of(tables: SwarmTables, minds: Array, log_weight: Array) -> Array:

@@ -15,7 +15,7 @@ from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypothe
 from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
 from i2pdsl.language.frames import Frames
 from i2pdsl.language.scope import Env
-from i2pdsl.language.story import Audience
+from i2pdsl.language.story import Audience, Observer
 from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
@@ -112,12 +112,12 @@ class Beliefs(Frames):
         if form.shape is HIDDEN:
             return self.hidden_value(node, env)
         self.refuse_without_script(form, node, env)
+        audience = self.audience(node.audience, env)
         if self.world.counts:
-            self.refuse_where_sampled(form, node, env)
+            self.refuse_where_sampled(form, node, env, audience)
         if form.looks_ahead and not self.world.enumerable:
             message = f"{form.looks_ahead}, which needs actions that can be listed"
             raise self.fail("world", message, node.span, env)
-        audience = self.audience(node.audience, env)
         if self.is_tabulated(form, node, env):
             return self.table(form, node, env, audience)
         about, (givens, moment) = self.both(
@@ -132,12 +132,15 @@ class Beliefs(Frames):
         self.check_whole_frame(form, value, node, env)
         return Item("number", value)
 
-    def refuse_where_sampled(self, form: Form, node: ast.Form, env: Env) -> None:
-        """What needs every hypothesis cannot be asked where there are too many of them."""
+    def refuse_where_sampled(
+        self, form: Form, node: ast.Form, env: Env, audience: Audience
+    ) -> None:
+        """What needs every hypothesis cannot be asked where there are too many of them; but who
+        holds factors can be asked about everything."""
         message = ""
         if node.moment is not None:
             message = "hindsight looks back at every hypothesis"
-        elif not node.about and form.about == "latent":
+        elif not node.about and form.about == "latent" and any(map(_samples, audience.observers)):
             message = f"`{form.name}` of everything is about every hypothesis"
         if message:
             message = f"{message}: there are too many hypotheses {self.world.where} to be listed"
@@ -154,8 +157,10 @@ class Beliefs(Frames):
         if whole or value.moment is not None:
             return
         values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
-        if form.looks_ahead or values:
-            what = f"`{form.name}`" if form.looks_ahead else "`V`"
+        every = bool(self.world.counts) and form.about == "latent" and value.about is None
+        if form.looks_ahead or values or every:
+            what = "`V`" if values else f"`{form.name}`"
+            what += " of everything" if every else ""
             message = f"{what} needs the end of a frame, here someone has yet to act"
             hint = "leave out who acted last: `script[:t]`"
             raise self.fail("index", message, node.span, env, hint)
@@ -380,6 +385,11 @@ class Beliefs(Frames):
                 hint = f"did you mean `{close}`?" if close else hint
             raise self.blame("latent", "expected the name of a latent", node, env, hint)
         return latent
+
+
+def _samples(observer: Observer) -> bool:
+    """Whether an observer holds particles."""
+    return observer.particles is not None
 
 
 def _write(form: Form) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -317,16 +318,22 @@ class _Checker:
             self.problems += [replace(d, span=world.span) for d in problem.diagnostics]
             found = None
         self.elaborator.world = found or words
-        if not any(a.name.id == "particles" for a in self.program.of(ast.Audience)):
-            message = (
-                f"viewers cannot hold all {math.fsum(words.counts):,.0f} hypotheses: "
-                f"they hold {Particles().count} particles"
-            )
-            hint = "`audience particles(count = 1000)` are more; docs/particles.md says how exact"
-            self.elaborator.report(
-                Diagnostic("particles", message, world.span, hint, severity="warning")
-            )
         return settings
+
+    def warn_of_particles(self, audiences: Iterable[Audience]) -> None:
+        """Says that viewers hold particles, where they do without being told to."""
+        words, held = self.world, [o.particles for a in audiences for o in a.observers]
+        asked = any(a.name.id == "particles" for a in self.program.of(ast.Audience))
+        if not words.counts or asked or not any(held):
+            return
+        whose = "viewers who know of several characters together" if words.factors else "viewers"
+        message = (
+            f"{whose} cannot hold all {math.fsum(words.counts):,.0f} hypotheses: "
+            f"they hold {Particles().count} particles"
+        )
+        hint = "`audience particles(count = 1000)` are more; docs/particles.md says how exact"
+        place = self.program.of(ast.World)[0].span
+        self.elaborator.report(Diagnostic("particles", message, place, hint, severity="warning"))
 
     def lengths(self, world: ast.World) -> range:
         """The numbers of frames; any other where it is wrong, to check the rest."""
@@ -402,6 +409,7 @@ class _Checker:
             audience = Audience(_audience(statement), held, span=statement.span)
             if found.get(audience.name, usual) is usual:  # another one is a mistake
                 found[audience.name] = audience
+        self.warn_of_particles(found.values())
         return ordered(tuple(found.values()))
 
     def assumption(self) -> ty.Mask:

@@ -79,3 +79,54 @@ def _parts(
         if len(values) > 1:
             found.append([(left[value], shares.get(value, 0.0) / total) for value in left])
     return found
+
+
+_ALIKE = 1e-6  # of two products of weights, relative to their size
+
+
+def factorises(
+    rows: Sequence[Mapping[str, Value]], parts: Sequence[frozenset[str]], weights: Sequence[float]
+) -> bool:
+    """Whether weights of hypotheses are products: beside each value of the first part, of one
+    weight for each value of every other part.
+
+    Args:
+        parts: the latents of each part.
+    """
+    of = lambda row, part: frozenset((x, v) for x, v in row.items() if x in part)
+    groups: dict[object, dict[tuple[object, ...], float]] = {}
+    for row, weight in zip(rows, weights, strict=True):
+        others = tuple(of(row, part) for part in parts[1:])
+        groups.setdefault(of(row, parts[0]), {})[others] = weight
+    return all(map(_is_product, groups.values()))
+
+
+def _is_product(cells: Mapping[tuple[object, ...], float]) -> bool:
+    """Whether the numbers of some combinations are products of one for each of their values."""
+    first = max(cells, key=lambda cell: cells[cell])
+    if not cells[first] > 0:
+        return True
+    # Relative to the largest: what differs from it, or from what is known, in one value tells of
+    # that value.
+    known: list[dict[object, float]] = [{value: 1.0} for value in first]
+    for i, values in enumerate(zip(*cells, strict=True)):
+        for value in set(values):
+            mine = [weight for cell, weight in cells.items() if cell[i] == value]
+            if not any(mine):
+                known[i][value] = 0.0
+    waiting, left = dict(cells), len(cells) + 1
+    while len(waiting) < left:
+        left = len(waiting)
+        for cell, weight in list(waiting.items()):
+            unknown = [i for i, value in enumerate(cell) if value not in known[i]]
+            if len(unknown) > 1 or (unknown and not weight):
+                continue
+            product = cells[first] * math.prod(
+                known[i][value] for i, value in enumerate(cell) if i not in unknown
+            )
+            if unknown and product > 0:
+                known[unknown[0]][cell[unknown[0]]] = weight / product
+            elif unknown or abs(weight - product) > _ALIKE * max(weight, product):
+                return False
+            del waiting[cell]
+    return not waiting

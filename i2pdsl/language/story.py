@@ -12,6 +12,7 @@ from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_fil
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
 from i2pdsl.language.parse import parse_tolerantly
+from i2pdsl.language.priors import factorises
 from i2pdsl.language.scope import Module
 from i2pdsl.language.vocabulary import Settings, Vocabulary, Weights
 
@@ -69,10 +70,26 @@ def watching(observers: Iterable[Observer], frames: int) -> tuple[Observer, ...]
 
 
 def able(observers: Iterable[Observer], words: Vocabulary) -> tuple[Observer, ...]:
-    """Observers who hold particles where there are more hypotheses than anybody can hold."""
+    """Observers who hold particles where there are more hypotheses than anybody can hold, neither
+    as a list nor by factors."""
     if not words.counts:
         return tuple(observers)
-    return tuple(o if o.particles else replace(o, particles=Particles()) for o in observers)
+    return tuple(
+        o if o.particles or holds_factors(o, words) else replace(o, particles=Particles())
+        for o in observers
+    )
+
+
+def holds_factors(observer: Observer, words: Vocabulary) -> bool:
+    """Whether what an observer thinks at first, and what he knows, tell nothing of two factors
+    together."""
+    if not words.factors:
+        return False
+    prior = observer.prior or words.prior or words.counts
+    each = [weight / count for weight, count in zip(prior, words.counts, strict=True)]
+    known = [float(k) for k in observer.known or (True,) * len(each)]
+    given = words.hypotheses, words.factors
+    return factorises(*given, each) and factorises(*given, known)
 
 
 VIEWERS = "viewers"  # the name of the audience that needs none

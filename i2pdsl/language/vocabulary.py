@@ -151,6 +151,8 @@ class Vocabulary:
             object, and the latent that holds what it takes that to be, or where.
         counts: where all hypotheses are too many to be listed, those of them that each of
             `hypotheses` stands for: all in which the latents of `kept` have these values.
+        factors: where viewers can hold all of these by factors, the latents of those whom others
+            model, and of each other character (audience/factors.py).
     """
 
     world: str
@@ -184,6 +186,7 @@ class Vocabulary:
     readings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     counts: tuple[float, ...] = ()
     kept: frozenset[str] = frozenset()
+    factors: tuple[frozenset[str], ...] = ()
 
     @cached_property
     def even(self) -> tuple[float, ...]:

@@ -1,14 +1,13 @@
 """What viewers believe, held in one way or another: of all hypotheses, as logs or probabilities, or
-of particles."""
+of particles or factors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from i2pdsl.audience import particles, renewal
 from i2pdsl.audience.filter import Switching, update, updated_share
-from i2pdsl.audience.particles import Swarm, SwarmTables
+from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language.story import default_assumption
 from i2pdsl.worlds.world import World
@@ -17,50 +16,56 @@ Array = Any
 
 
 class Belief(NamedTuple):
-    """log P(H), [..., O, H]; P(H), where it is held so; and the particles of those who hold some
-    instead, one swarm for each."""
+    """log P(H), [..., O, H]; P(H), where it is held so; and what those hold who hold particles or
+    factors instead."""
 
     log: Array
     share: Array | None = None
-    swarms: tuple[Swarm, ...] = ()
+    holdings: tuple[Holding, ...] = ()
 
-    def shown(self, tables: Sequence[SwarmTables | None]) -> Belief:
-        """The belief with that of particles in the place of each observer who holds some."""
-        if not self.swarms:
+    def shown(self, tables: Sequence[HoldingTables | None]) -> Belief:
+        """The belief with that of particles, or factors, in the place of each who holds some."""
+        if not self.holdings:
             return self
-        beliefs = map(particles.belief, _of_swarms(tables), self.swarms)
-        own = {o: next(beliefs) for o, each in enumerate(tables) if each is not None}
+        pairs = zip(_of_tables(tables), self.holdings, strict=True)
+        beliefs = (way_of(each).belief(each, held) for each, held in pairs)
         xp = self.log.__array_namespace__()
+        if all(each is not None for each in tables):
+            share = xp.stack(xp.broadcast_arrays(*beliefs), axis=-2)
+            return self._replace(log=_log(share), share=None if self.share is None else share)
+        own = {o: _log(next(beliefs)) for o, each in enumerate(tables) if each is not None}
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
     def seeing(self, world: World, tables: Any, u: int, row: Array) -> Belief:
-        """Once the u-th action of a frame was observed; see filter.update, particles.seen_by."""
-        given = world.swarms(tables)
+        """Once the u-th action of a frame was observed; see filter.update, holding.Way."""
+        given = world.holdings(tables)
         listed = self
         if world.lists_hypotheses:
             listed = self.after(row, world.forgetting(tables), world.switching(tables)[u])
-        if not self.swarms:
+        if not self.holdings:
             return listed
         which = [o for o, each in enumerate(given) if each is not None]
-        swarms = tuple(
-            particles.seen_by(each, swarm, u, row[..., o, :])
-            for o, each, swarm in zip(which, _of_swarms(given), self.swarms, strict=True)
+        holdings = tuple(
+            way_of(each).seen_by(each, held, u, row[..., o, :])
+            for o, each, held in zip(which, _of_tables(given), self.holdings, strict=True)
         )
-        return listed._replace(swarms=swarms).shown(given)
+        return listed._replace(holdings=holdings).shown(given)
 
     def likely(self, world: World, tables: Any, u: int, row: Array) -> Array:
         """log P(what is observed u-th | row), [..., O, H]: the mean of what each row stands for."""
         if world.lists_hypotheses:
             return row
-        of = zip(_of_swarms(world.swarms(tables)), self.swarms, strict=True)
-        found = [particles.likely(*each, u, row[..., o, :]) for o, each in enumerate(of)]
+        of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        found = [
+            way_of(each).likely(each, held, u, row[..., o, :]) for o, (each, held) in enumerate(of)
+        ]
         return row.__array_namespace__().stack(found, axis=-2)
 
-    def over(self, tables: Sequence[SwarmTables | None]) -> Belief:
+    def over(self, tables: Sequence[HoldingTables | None]) -> Belief:
         """The belief when a frame is over: particles are drawn anew where few count."""
-        swarms = map(renewal.after_frame, _of_swarms(tables), self.swarms)
-        return self._replace(swarms=tuple(swarms))
+        pairs = zip(_of_tables(tables), self.holdings, strict=True)
+        return self._replace(holdings=tuple(way_of(each).over(each, held) for each, held in pairs))
 
     def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
         """Once an action was observed; see filter.update."""
@@ -76,8 +81,11 @@ class Belief(NamedTuple):
         rational = xp.asarray(default_assumption(world.vocabulary))
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)
-        of = zip(_of_swarms(world.swarms(tables)), self.swarms, strict=True)
-        found = [particles.mean(*o, u, regret[..., n, :], rational) for n, o in enumerate(of)]
+        of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        found = [
+            way_of(each).mean(each, held, u, regret[..., o, :], rational)
+            for o, (each, held) in enumerate(of)
+        ]
         return xp.stack(found, axis=-1)
 
     def where(self, seen: Array, other: Belief) -> Belief:
@@ -87,32 +95,38 @@ class Belief(NamedTuple):
             there = seen.reshape((*seen.shape, *(1,) * (mine.ndim - seen.ndim)))
             return mine.__array_namespace__().where(there, mine, its)
 
-        swarms = zip(self.swarms, other.swarms, strict=True)
+        holdings = zip(self.holdings, other.holdings, strict=True)
         return self.map(chosen, other)._replace(
-            swarms=tuple(mine.each(chosen, its) for mine, its in swarms)
+            holdings=tuple(mine.each(chosen, its) for mine, its in holdings)
         )
 
     def map(self, change: Callable[..., Array], *others: Belief) -> Belief:
-        """The belief with its arrays changed, given those of others; without particles."""
+        """The belief with its arrays changed, given those of others; without holdings."""
         parts = zip(self[:2], *(other[:2] for other in others), strict=True)
         log, share = (None if part[0] is None else change(*part) for part in parts)
         return Belief(log, share)
 
 
-def _of_swarms(tables: Sequence[SwarmTables | None]) -> list[SwarmTables]:
+def _log(share: Array) -> Array:
+    """The logarithm, -inf of 0."""
+    xp = share.__array_namespace__()
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+
+
+def _of_tables(tables: Sequence[HoldingTables | None]) -> list[HoldingTables]:
     return [each for each in tables if each is not None]
 
 
-def particles_of(
+def holding_tables(
     world: World, tables: Any, viewers: tuple[int, int] | None = None
-) -> list[SwarmTables]:
-    """Of those observers who hold particles; of some of them, where all do."""
-    given = world.swarms(tables)
-    return _of_swarms(given if viewers is None else given[slice(*viewers)])
+) -> list[HoldingTables]:
+    """Of those observers who hold particles or factors; of some of them, where all do."""
+    given = world.holdings(tables)
+    return _of_tables(given if viewers is None else given[slice(*viewers)])
 
 
 def first_belief(world: World, tables: Any, share: Array | None = None) -> Belief:
     """What viewers believe before anything moved."""
-    given = world.swarms(tables)
-    swarms = tuple(map(particles.begun, _of_swarms(given)))
-    return Belief(world.log_prior(tables), share, swarms).shown(given)
+    given = world.holdings(tables)
+    holdings = tuple(way_of(each).begun(each) for each in _of_tables(given))
+    return Belief(world.log_prior(tables), share, holdings).shown(given)

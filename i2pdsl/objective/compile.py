@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from i2pdsl.audience.foresight import Minds
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.hindsight import Chain
-from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked, OfParticles
+from i2pdsl.objective.meanings import NUMBERS, TABLES, Asked, OfHeld
 from i2pdsl.objective.operations import OPERATIONS
 from i2pdsl.objective.reach import Question, frames_until
 from i2pdsl.objective.relaxed import Relaxed, least, relaxed
@@ -203,19 +202,19 @@ class Compiler:
             event = self.mask(about)
             return lambda scope, view: event(scope)
         quantity = self._aligned(about, True)
-        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(about))
-        if values and not self.world.lists_hypotheses:
+        whose = frozenset(part.who for part in ty.walk(about) if isinstance(part, ty.ValueAt))
+        if whose and not self.world.lists_hypotheses:
             first = 0 if viewers is None else viewers[0]
 
-            def of_particles(scope: Scope, view: View) -> OfParticles:
-                def of(o: int, minds: Minds) -> Array:
+            def of_held(scope: Scope, view: View) -> OfHeld:
+                def of(o: int, minds: Any) -> Array:
                     one = (first + o, first + o + 1)
                     found = quantity(_QuantityScope(scope, view.state, one, minds))
                     return scope.xp.asarray(found)[..., 0, :]
 
-                return OfParticles(of)
+                return OfHeld(of, whose)
 
-            return of_particles
+            return of_held
         return lambda scope, view: quantity(_QuantityScope(scope, view.state, viewers))
 
     def _valueat(self, node: ty.ValueAt) -> Closure:
@@ -358,17 +357,15 @@ def is_of_states(world: World, condition: ty.Typed) -> bool:
 
 class _QuantityScope:
     """The scope of a quantity inside an expectation: it also knows the state, and who is asked; of
-    one who is asked alone maybe his particles, of which the quantity then is."""
+    one who is asked alone maybe his particles or points, of which the quantity then is."""
 
-    def __init__(
-        self, outer: Scope, state: Array, viewers: ty.Viewers | None, minds: Minds | None = None
-    ):
+    def __init__(self, outer: Scope, state: Array, viewers: ty.Viewers | None, minds: Any = None):
         self.world, self.tables, self.params = outer.world, outer.tables, outer.params
         self.t, self.xp, self.state, self.viewers = outer.t, outer.xp, state, viewers
         self.minds = minds
 
     def of_rows(self, values: Array) -> Array:
-        """Of what is known of rows, [H]; of particles, [..., 1, N]."""
+        """Of what is known of rows, [H]; of particles or points, [..., 1, N]."""
         return values if self.minds is None else self.minds.of_rows(values)[..., None, :]
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from i2pdsl.audience.particles import Swarm
 from i2pdsl.errors import Diagnostic, whole_file
 from i2pdsl.language.story import VIEWERS, Audience
 from i2pdsl.objective.frame import Frame
@@ -51,7 +52,8 @@ def effective_of(audiences: Sequence[Audience], frames: Frame) -> tuple[Effectiv
     """Of each viewer who holds particles, along all frames of a script."""
     holders = [(a.name, o.particles) for a in audiences for o in a.observers if o.particles]
     found = []
-    for (name, plan), swarm in zip(holders, frames.swarms, strict=True):
+    swarms = [held for held in frames.holdings if isinstance(held, Swarm)]
+    for (name, plan), swarm in zip(holders, swarms, strict=True):
         counts = np.asarray(swarm.effective)
         frame = int(counts.argmin())
         found.append(Effective(name, plan.count, plan.seed, float(counts[frame]), frame))

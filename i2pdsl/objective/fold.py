@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from i2pdsl.audience.particles import Swarm
+from i2pdsl.audience.holding import Holding
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Weights
 from i2pdsl.objective.appended import append_turns, with_suffix
@@ -25,7 +25,7 @@ from i2pdsl.objective.compile import Closure, Compiler, Params, reduce_over_hist
 from i2pdsl.objective.film import Film, costs, no_film, see, weighed
 from i2pdsl.objective.frame import EndScope, Frame, HistoryScope, StartScope, StepScope
 from i2pdsl.objective.held import HeldScope, held_history
-from i2pdsl.objective.looks import asks_particles, looks_around, looks_back, looks_far
+from i2pdsl.objective.looks import asks_holdings, looks_around, looks_back, looks_far
 from i2pdsl.objective.pins import Pins, broken, still_to_break
 from i2pdsl.objective.requirements import VIOLATION
 from i2pdsl.worlds.world import World
@@ -91,8 +91,8 @@ def compile_objective(
     sums: list[_Sum] = []
     beats: list[_Beats] = []
     nodes = [node for _, e in terms for node in ty.walk(e)]
-    particles = not world.lists_hypotheses and any(map(asks_particles, nodes))
-    history = any(looks_far(node, length) or (particles and looks_back(node)) for node in nodes)
+    holds = not world.lists_hypotheses and any(map(asks_holdings, nodes))
+    history = any(looks_far(node, length) or (holds and looks_back(node)) for node in nodes)
     compiler.on_reduction = (
         reduce_over_history(compiler) if history else _incremental(compiler, sums, beats)
     )
@@ -112,8 +112,8 @@ def compile_objective(
     suffixes = _appended(terms)
     value = partial(_score, world, built, places, sums, history, length, suffixes, seen)
     return Objective(
-        init=_init(world, sums, beats, history, length, seen, pins is not None, particles),
-        step=_step(world, sums, beats, history, length, seen, particles),
+        init=_init(world, sums, beats, history, length, seen, pins is not None, holds),
+        step=_step(world, sums, beats, history, length, seen, holds),
         score=value(held=False),
         promise=value(held=True),
         params=compiler.params()._replace(
@@ -267,10 +267,10 @@ def _init(
     length: int,
     seen: _Seen | None,
     pinned: bool,
-    particles: bool,
+    holds: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
-        prior, _, swarms = first_belief(world, tables)
+        prior, _, holdings = first_belief(world, tables)
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)
@@ -285,7 +285,7 @@ def _init(
             action = world.no_action(state)
             rows = world.log_rows(tables, state, action, state)
             first = _first_frame(xp, state, action, prior, len(rows))
-            first = first._replace(swarms=_remembered(swarms) if particles else ())
+            first = first._replace(holdings=_remembered(holdings) if holds else ())
             frames = first.each(lambda part: xp.broadcast_to(part[None], (length + 1, *part.shape)))
         return _Carry(
             xp.stack(values) if values else xp.zeros((0,), dtype=prior.dtype),
@@ -299,9 +299,9 @@ def _init(
     return init
 
 
-def _remembered(swarms: tuple[Swarm, ...]) -> tuple[Swarm, ...]:
-    """Particles without what only their next step needs."""
-    return tuple(swarm._replace(sums=(), marks=()) for swarm in swarms)
+def _remembered(holdings: tuple[Holding, ...]) -> tuple[Holding, ...]:
+    """What is held without what only the next step needs."""
+    return tuple(held.remembered for held in holdings)
 
 
 def _first_frame(xp: Any, state: Array, action: Array, prior: Array, observed: int) -> Frame:
@@ -320,7 +320,7 @@ def _step(
     history: bool,
     length: int,
     seen: _Seen | None,
-    particles: bool,
+    holds: bool,
 ) -> Callable[..., _Carry]:
     def step(tables: Any, params: Params, carry: _Carry, frame: Frame) -> _Carry:
         scope = StepScope(world, tables, params, frame, carry.first_state)
@@ -341,7 +341,7 @@ def _step(
         frames = carry.frames
         if history:
             assert frames is not None
-            kept = frame._replace(swarms=_remembered(frame.swarms) if particles else ())
+            kept = frame._replace(holdings=_remembered(frame.holdings) if holds else ())
             frames = frames.each(lambda old, new: old.at[frame.number].set(new), kept)
         return carry._replace(
             sums=xp.stack(values) if values else carry.sums,

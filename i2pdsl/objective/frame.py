@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.particles import Swarm
+from i2pdsl.audience.holding import Holding
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.hindsight import Chain, chain_of, hindsight, how_many, may_be_ahead
@@ -28,7 +28,7 @@ class Frame(NamedTuple):
             E[max_a log P(a | H) - log P(observed | H)] over what was observed, where everybody is
             rational: [..., O]; 0 where nobody asks.
         shares: the beliefs as probabilities, where they are held so (search/rollout.py).
-        swarms: the particles of those who hold some, in the end; () where they are not asked for.
+        holdings: what those who hold particles or factors hold in the end; () where nobody asks.
     """
 
     number: Array
@@ -41,7 +41,7 @@ class Frame(NamedTuple):
     log_rows: Array
     regret: Array
     shares: Shares | None = None
-    swarms: tuple[Swarm, ...] = ()
+    holdings: tuple[Holding, ...] = ()
 
     @property
     def log_afterwards(self) -> Array:
@@ -59,7 +59,7 @@ class Frame(NamedTuple):
     def belief(self) -> Belief:
         """What viewers believe after it."""
         share = None if self.shares is None else self.shares.belief
-        return Belief(self.log_belief, share, self.swarms)
+        return Belief(self.log_belief, share, self.holdings)
 
     def each(self, change: Callable[..., Array], *others: Frame) -> Frame:
         """The frame with each of its arrays changed, given the same ones of others."""
@@ -67,10 +67,10 @@ class Frame(NamedTuple):
         held = [frame.shares for frame in (self, *others) if frame.shares is not None]
         changed: Any = [change(*part) for part in parts]
         shares = [change(*part) for part in zip(*held, strict=True)]
-        swarms = zip(self.swarms, *(other.swarms for other in others), strict=False)
+        holdings = zip(self.holdings, *(other.holdings for other in others), strict=False)
         return Frame(*changed)._replace(
             shares=Shares(*shares) if shares else None,
-            swarms=tuple(swarm.each(change, *more) for swarm, *more in swarms),
+            holdings=tuple(held.each(change, *more) for held, *more in holdings),
         )
 
     def of(self, viewers: ty.Viewers | None) -> Frame:
@@ -111,7 +111,7 @@ def observe(
     `rows` are the log-likelihoods of the observed actions of an appended turn, if they are known
     already: its regrets count for nothing.
     """
-    xp, previous, given = belief.log.__array_namespace__(), belief, world.swarms(tables)
+    xp, previous, given = belief.log.__array_namespace__(), belief, world.holdings(tables)
     best: tuple[Array, ...] = ()
     if rows:
         after = world.transition(tables, state, action)
@@ -127,7 +127,7 @@ def observe(
         belief = belief.seeing(world, tables, u, row).where(seen, belief)
         if best:
             regret = regret + belief.regret(world, tables, u, best[u] - row)
-    if belief.swarms:
+    if belief.holdings:
         belief = belief.over(given).where(seen, belief)
     return Frame(
         number,
@@ -140,7 +140,7 @@ def observe(
         xp.stack(shown, axis=-3),
         regret,
         shares_of(previous, belief, expecting),
-        belief.swarms,
+        belief.holdings,
     )
 
 
@@ -158,8 +158,8 @@ class View:
 
     `exists` is True where it always does; else an array, and what does not exist counts 0.
     Prefix forms read the belief (`share`: as probabilities, where it is held so) and `state`;
-    frame forms read the whole `frame`. `swarms` are the particles of those who hold some, where
-    they are at hand.
+    frame forms read the whole `frame`. `holdings` are what those hold who hold particles or
+    factors, where it is at hand.
     """
 
     log_belief: Array
@@ -167,7 +167,7 @@ class View:
     frame: Frame | None
     exists: Array | bool = True
     share: Array | None = None
-    swarms: tuple[Swarm, ...] = ()
+    holdings: tuple[Holding, ...] = ()
 
     def of(self, viewers: ty.Viewers | None) -> View:
         """The moment as some of the observers see it; as all of them without."""
@@ -176,20 +176,20 @@ class View:
         belief = self.log_belief[..., slice(*viewers), :]
         share = None if self.share is None else self.share[..., slice(*viewers), :]
         frame = None if self.frame is None else self.frame.of(viewers)
-        swarms = self.swarms  # which are asked where everybody holds some
-        if len(swarms) == self.log_belief.shape[-2]:
-            swarms = swarms[slice(*viewers)]
-        return View(belief, self.state, frame, self.exists, share, swarms)
+        holdings = self.holdings  # which are asked where everybody holds some
+        if len(holdings) == self.log_belief.shape[-2]:
+            holdings = holdings[slice(*viewers)]
+        return View(belief, self.state, frame, self.exists, share, holdings)
 
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    log_belief, share, swarms = frame.belief
+    log_belief, share, holdings = frame.belief
     if moment.seen is not None:
         log_belief = frame.log_expecting[..., moment.seen, :, :]
         if frame.shares is not None:
             share = frame.shares.expecting[..., moment.seen, :, :]
-    return View(log_belief, frame.state, frame, exists, share, swarms)
+    return View(log_belief, frame.state, frame, exists, share, holdings)
 
 
 class StepScope:
@@ -238,8 +238,8 @@ class StartScope:
 
 def prior_view(scope: Any, state: Array, exists: Array | bool = True) -> View:
     """The moment before anything moved."""
-    log_belief, _, swarms = first_belief(scope.world, scope.tables)
-    return View(log_belief, state, None, exists, swarms=swarms)
+    log_belief, _, holdings = first_belief(scope.world, scope.tables)
+    return View(log_belief, state, None, exists, holdings=holdings)
 
 
 class EndScope:

@@ -35,8 +35,8 @@ class HeldScope:
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        log_belief, share, swarms = self.frame.belief
-        return View(log_belief, self.frame.state, self.frame, True, share, swarms)
+        log_belief, share, holdings = self.frame.belief
+        return View(log_belief, self.frame.state, self.frame, True, share, holdings)
 
 
 def still(world: World, last: Frame) -> Frame:

@@ -29,17 +29,18 @@ def looks_far(node: object, length: int) -> bool:
     return False
 
 
-def asks_particles(node: object) -> bool:
+def asks_holdings(node: object) -> bool:
     """Whether a form is about what differs between the hypotheses that a row stands for."""
     if not isinstance(node, ty.Belief):
         return False
     values = any(isinstance(part, ty.ValueAt) for part in ty.walk(node))
-    return values or BY_NAME[node.form].looks_ahead != ""
+    form = BY_NAME[node.form]
+    return values or form.looks_ahead != "" or (form.about == "latent" and node.about is None)
 
 
 def looks_back(node: object) -> bool:
-    """Whether such a form is about a frame whose particles are gone when the next one is over."""
-    return asks_particles(node) and any(
+    """Whether such a form is about a frame of which nothing is held when the next one is over."""
+    return asks_holdings(node) and any(
         isinstance(part, ty.Moment) and part.offset == -1 for part in ty.walk(node)
     )
 
@@ -65,6 +66,19 @@ def looks_around(expression: ty.Typed) -> bool:
     """Whether it asks what else may happen after a frame."""
     beliefs = (node for node in ty.walk(expression) if isinstance(node, ty.Belief))
     return any(BY_NAME[belief.form].looks_ahead for belief in beliefs)
+
+
+def looks_within(expression: ty.Typed) -> bool:
+    """Whether it asks more of a script than its states and actions and what viewers believe after
+    each frame: what they believe and expect within a frame, or once turns are appended."""
+    for node in ty.walk(expression):
+        match node:
+            case ty.Moment() if node.turns or node.seen is not None:
+                return True
+            case ty.Belief(form=form, moment=moment):
+                if moment is not None or BY_NAME[form].asks_frame:
+                    return True
+    return False
 
 
 def _asked(node: object) -> list[ty.Moment]:

@@ -7,22 +7,27 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
-from i2pdsl.audience import foresight, queries
+from i2pdsl.audience import queries
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import Swarm, SwarmTables
+from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.language import typed as ty
-from i2pdsl.objective.belief import particles_of
+from i2pdsl.objective.belief import holding_tables
 from i2pdsl.objective.frame import View
 from i2pdsl.worlds.world import World
 
 Array = Any
 
 
-class OfParticles(NamedTuple):
-    """A quantity that is known of particles, not of rows: `of` is of who is asked o-th, given what
-    knows his particles, [..., N]."""
+class OfHeld(NamedTuple):
+    """A quantity that is known of particles or points, not of rows.
 
-    of: Callable[[int, foresight.Minds], Array]
+    Attributes:
+        of: of who is asked o-th, given what knows his particles or points, [..., N].
+        whose: the characters whose values it is about.
+    """
+
+    of: Callable[[int, Any], Array]
+    whose: frozenset[int]
 
 
 class Asked(NamedTuple):
@@ -30,7 +35,7 @@ class Asked(NamedTuple):
 
     Attributes:
         about: an event [H], a partition as one-hot [H, V] (None for the whole hypothesis), a
-            quantity broadcastable to [..., O, H] (OfParticles where hypotheses cannot be listed
+            quantity broadcastable to [..., O, H] (OfHeld where hypotheses cannot be listed
             and it is about values), or a character's number.
         mask: the conditions, [H].
         views: the moment that it is conditioned on; of a divergence two. Already of `viewers`.
@@ -80,13 +85,13 @@ class Asked(NamedTuple):
             given = self.mask, self.forgetting, self.switching
             log_weight, belief = queries.ahead(self.log_belief, rows, *given)
         else:
-            each = [
-                foresight.ahead(tables, swarm, tuple(row[..., o, :] for row in rows), self.mask)
-                for o, (tables, swarm) in enumerate(self.swarms)
+            found_of = [
+                way_of(each).ahead(each, held, tuple(row[..., o, :] for row in rows), self.mask)
+                for o, (each, held) in enumerate(self.holdings(0))
             ]
             xp = self.log_belief.__array_namespace__()
-            log_weight = xp.stack([weight for weight, _ in each], axis=-1)
-            belief = xp.stack([after for _, after in each], axis=-2)
+            log_weight = xp.stack([weight for weight, _ in found_of], axis=-1)
+            belief = xp.stack([after for _, after in found_of], axis=-2)
         outcome = (found.chance * found.valid).reshape(belief.shape[:-2])
         weight = log_weight.__array_namespace__().exp(log_weight) * outcome[..., None]
         return weight, belief, len(rows)
@@ -95,19 +100,22 @@ class Asked(NamedTuple):
     def counts(self) -> Array | None:
         """How many particles each of those who are asked holds, [O]; infinity of one who holds all
         hypotheses. None where nobody holds particles."""
-        given = self.world.swarms(self.tables)
-        if not given:
+        given = self.world.holdings(self.tables)
+        counts = [math.inf if each is None else way_of(each).stands_on(each) for each in given]
+        if not any(map(math.isfinite, counts)):
             return None
-        counts = [math.inf if each is None else float(len(each.first)) for each in given]
         xp = self.log_belief.__array_namespace__()
         found = xp.asarray(counts, dtype=self.log_belief.dtype)
         return found if self.viewers is None else found[slice(*self.viewers)]
 
-    @property
-    def swarms(self) -> list[tuple[SwarmTables, Swarm]]:
-        """The particles of those who are asked, where hypotheses cannot be listed."""
-        given = particles_of(self.world, self.tables, self.viewers)
-        return list(zip(given, self.views[0].swarms, strict=True))
+    def holdings(self, view: int) -> list[tuple[HoldingTables, Holding]]:
+        """What those who are asked hold at a moment, where hypotheses cannot be listed."""
+        given = holding_tables(self.world, self.tables, self.viewers)
+        return list(zip(given, self.views[view].holdings, strict=True))
+
+    def mean(self, each: list[Array]) -> Array:
+        """The mean of what is found of each of those who are asked."""
+        return self.log_belief.__array_namespace__().stack(each, axis=-1).mean(-1)
 
 
 def _surprise(asked: Asked) -> Array:
@@ -128,20 +136,52 @@ def _next(asked: Asked) -> Array:
 
 
 def _expectation(asked: Asked) -> Array:
-    if not isinstance(asked.about, OfParticles):
+    if not isinstance(asked.about, OfHeld):
         return queries.expectation(asked.log_belief, asked.about, asked.mask, asked.share)
-    found = [
-        foresight.expectation(tables, swarm, asked.mask, partial(asked.about.of, o))
-        for o, (tables, swarm) in enumerate(asked.swarms)
-    ]
-    return asked.log_belief.__array_namespace__().stack(found, axis=-1).mean(-1)
+    mask, about = asked.mask, asked.about
+    return asked.mean(
+        [
+            way_of(each).expectation(each, held, mask, partial(about.of, o), about.whose)
+            for o, (each, held) in enumerate(asked.holdings(0))
+        ]
+    )
+
+
+def _of_everything(form: Callable[..., Array] | None) -> Callable[..., Array]:
+    """A form about all hypotheses; who cannot tell is not asked (language/beliefs.py)."""
+    assert form is not None
+    return form
+
+
+def _entropy(asked: Asked) -> Array:
+    if asked.about is None and not asked.world.lists_hypotheses:
+        return asked.mean(
+            [
+                _of_everything(way_of(t).entropy)(t, held, asked.mask)
+                for t, held in asked.holdings(0)
+            ]
+        )
+    given = asked.about, asked.mask, asked.share, asked.counts
+    return queries.entropy(asked.log_belief, *given)
+
+
+def _divergence(asked: Asked) -> Array:
+    if asked.about is None and not asked.world.lists_hypotheses:
+        pairs = zip(asked.holdings(0), asked.holdings(1), strict=True)
+        return asked.mean(
+            [
+                _of_everything(way_of(t).divergence)(t, one, two, asked.mask)
+                for (t, one), (_, two) in pairs
+            ]
+        )
+    return queries.divergence(asked.log_belief, asked.views[1].log_belief, asked.about, asked.mask)
 
 
 NUMBERS: dict[str, Callable[[Asked], Array]] = {
     "P": lambda a: queries.probability(a.log_belief, a.about, a.mask, a.share),
     "E": _expectation,
-    "KL": lambda a: queries.divergence(a.log_belief, a.views[1].log_belief, a.about, a.mask),
-    "entropy": lambda a: queries.entropy(a.log_belief, a.about, a.mask, a.share, a.counts),
+    "KL": _divergence,
+    "entropy": _entropy,
     "surprise": _surprise,
     "suspense": _suspense,
 }

@@ -16,7 +16,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.holding import HoldingTables, way_of
 from i2pdsl.computing import computing
 from i2pdsl.errors import error, whole_file
 from i2pdsl.objective.appended import tabulate_turns, worth_a_table
@@ -230,23 +230,23 @@ def branching(world: World, events: tuple[int, ...]) -> int:
 
 def place_bytes(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
     """Working memory for one place of a block."""
-    belief, held = world.tables.log_prior.size, [s for s in world.swarms(world.tables) if s]
-    per_child = 4 * belief * 8 + sum(4 * len(swarm.first) * 8 for swarm in held)
+    belief, held = world.tables.log_prior.size, [s for s in world.holdings(world.tables) if s]
+    per_child = 4 * belief * 8 + sum(4 * way_of(h).numbers(h) * 8 for h in held)
     if objective.keeps_history:
         per_child += 4 * belief * 8 * (length + 1)
     if not world.lists_hypotheses:
-        per_child += _of_particles(world, objective, length, held)
-    kept = sum(4 * swarm.marks * sum(map(len, swarm.columns)) for swarm in held)
+        per_child += _of_holdings(world, objective, length, held)
+    kept = sum(4 * way_of(h).carried(h) for h in held)
     return per_child * branching(world, events) + 8 * length + 2 * kept
 
 
-def _of_particles(
-    world: World, objective: Objective, length: int, held: Sequence[SwarmTables]
+def _of_holdings(
+    world: World, objective: Objective, length: int, held: Sequence[HoldingTables]
 ) -> int:
-    """Working memory for the particles that an objective asks about one child."""
-    count = sum(len(swarm.first) for swarm in held)
-    own = 4 * count * (held[0].first.shape[-1] + 2) * (length + 1) * objective.keeps_history
-    return own + world.turn_count * 8 * 2 * count * objective.looks_around
+    """Working memory for the particles or factors that an objective asks about one child."""
+    own = sum(4 * way_of(h).kept(h) for h in held) * (length + 1) * objective.keeps_history
+    asked = sum(way_of(h).numbers(h) for h in held)
+    return own + world.turn_count * 8 * 2 * asked * objective.looks_around
 
 
 def block_size(world: World, objective: Objective, length: int, events: tuple[int, ...]) -> int:
@@ -297,7 +297,7 @@ def expected_seconds(
     looks = 1 + len(objective.suffix_turns) + (children if objective.looks_around else 0)
     looks *= 1 + length if objective.keeps_history else 1
     believed = world.tables.log_prior.size
-    believed += sum(2 * len(swarm.first) for swarm in world.swarms(world.tables) if swarm)
+    believed += sum(2 * way_of(h).numbers(h) for h in world.holdings(world.tables) if h)
     child = children * believed * looks * CHILD_SECONDS
     return scripts * length * child / min(WORKERS, processors())
 

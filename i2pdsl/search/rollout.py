@@ -52,8 +52,8 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     flat = (turns.state.shape[-1], *observers)
     whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
     lifted = lambda part: part[(None,) * (len(full) - 2)]
-    given = world.swarms(tables)
-    belief = node.belief.map(lifted)._replace(swarms=node.belief.swarms).shown(given)
+    given = world.holdings(tables)
+    belief = node.belief.map(lifted)._replace(holdings=node.belief.holdings).shown(given)
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
     for who, row in enumerate(turns.log_rows):
@@ -64,9 +64,9 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         regret += belief.regret(world, tables, who, best - row)
     count = flat[0]
     previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
-    swarms = tuple(
-        swarm.each(lambda part, own: _of_turns(part, own, full[:-2]), first)
-        for swarm, first in zip(belief.swarms, node.belief.swarms, strict=True)
+    holdings = tuple(
+        held.each(lambda part, own: _of_turns(part, own, full[:-2]), first)
+        for held, first in zip(belief.holdings, node.belief.holdings, strict=True)
     )
     frame = Frame(
         jnp.full((count,), node.number + 1),
@@ -79,7 +79,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         jnp.stack(rows, axis=1),
         regret.reshape(flat[:-1]),
         shares_of(previous, after, expecting),
-        after._replace(swarms=swarms).over(given).swarms,
+        after._replace(holdings=holdings).over(given).holdings,
     )
     if not events:
         return frame, turns.valid
@@ -100,8 +100,8 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         jnp.zeros(rows_.shape[::2], rows_.dtype),
         shares_of(still, still, [still] * len(rows)),
         tuple(
-            swarm.each(lambda part: jnp.broadcast_to(part, (len(number), *part.shape)))
-            for swarm in node.belief.swarms
+            held.each(lambda part: jnp.broadcast_to(part, (len(number), *part.shape)))
+            for held in node.belief.holdings
         ),
     )
     joined = frame.each(lambda a, b: jnp.concatenate([a, b]), dropped)
@@ -109,7 +109,7 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
 
 
 def _of_turns(part: Array, first: Array, turns: tuple[int, ...]) -> Array:
-    """What a swarm has after each turn, [K, ...], of what it has before any."""
+    """What is held after each turn, [K, ...], of what is held before any."""
     own = first.shape
     lead = part.shape[: part.ndim - len(own)]
     part = part.reshape(*(1,) * (len(turns) - len(lead)), *part.shape)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, NoReturn, Protocol
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.holding import HoldingTables
 from i2pdsl.language.story import Particles
 from i2pdsl.language.typed import Act, Drop, Point, Turn
 from i2pdsl.language.vocabulary import Vocabulary
@@ -135,9 +135,9 @@ class World(Protocol):
         """How the goal of who is observed changes, for each observation of a frame; None where
         nobody's does."""
 
-    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
-        """The particles of each observer, None of one who holds all hypotheses; empty where nobody
-        holds particles."""
+    def holdings(self, tables: Tables) -> tuple[HoldingTables | None, ...]:
+        """The particles or factors of each observer, None of one who lists all hypotheses; empty
+        where everybody does."""
 
     def holding(self, viewers: tuple[Viewer, ...]) -> World:
         """The same world before viewers who hold other particles, and are otherwise the same."""
@@ -145,7 +145,8 @@ class World(Protocol):
     @property
     def lists_hypotheses(self) -> bool:
         """Whether rows of beliefs are hypotheses. Otherwise each stands for many: all viewers hold
-        particles, and the likelihoods of `log_rows` and `turns` are of problems (SwarmTables)."""
+        particles or factors, and the likelihoods of `log_rows` and `turns` are of problems
+        (SwarmTables, FactorTables)."""
 
     def acting(self, rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
         """The place in `log_rows` by which each who acts does so under the hypothesis of a row, or
@@ -391,7 +392,7 @@ class ContinuousWorld:
     def forgetting(self, tables: Tables) -> Array:
         return tables.forgetting
 
-    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
+    def holdings(self, tables: Tables) -> tuple[HoldingTables | None, ...]:
         return ()
 
     def holding(self, viewers: tuple[Viewer, ...]) -> NoReturn:

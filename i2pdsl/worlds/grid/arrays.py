@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import SwarmTables
+from i2pdsl.audience.holding import HoldingTables
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid.spec import STAY
 
@@ -46,8 +46,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
-        swarms: the particles of each observer (None of who holds all hypotheses); empty where
-            nobody holds particles.
+        holdings: the particles or factors of each observer (None of who lists all hypotheses);
+            empty where everybody lists them.
         terms: for each character, of what its values are the sum, where they are additive: then
             `continuation` holds [R, P], the values of all sub-worlds one below the other.
         packed: how states are computed, where they are not listed.
@@ -75,7 +75,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
-    swarms: tuple[SwarmTables | None, ...] = ()
+    holdings: tuple[HoldingTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
     packed: Packed | None = None
 
@@ -167,8 +167,9 @@ class Against(NamedTuple):
     success: tuple[Array | None, ...]
 
 
-def entries(table: Array, index: Array) -> Array:
-    """`table[index]`, of numbers that are in it."""
+def entries(table: Array, index: Any) -> Array:
+    """`table[index]`, of numbers that are in it: JAX need not look for others, which is half of
+    what it does otherwise."""
     if not hasattr(table, "at"):
         return table[index]
     return table.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
@@ -320,6 +321,19 @@ class Moves:
     @property
     def turn_count(self) -> int:
         return math.prod(self.counts)
+
+    @cached_property
+    def turns(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Each character's action in each turn, and whether it succeeds, [turn_count + 1] each; the
+        last place is for all events, in which everybody stays."""
+        number, found = np.arange(self.turn_count), []
+        for who, outcomes in enumerate(self.outcomes):
+            own = number // math.prod(self.counts[who + 1 :]) % len(outcomes)
+            acts, done = (
+                np.asarray(each)[np.append(own, STAY)] for each in zip(*outcomes, strict=True)
+            )
+            found.append((acts, done))
+        return tuple(found)
 
 
 def namespace(array: Array) -> Any:

@@ -16,9 +16,11 @@ from i2pdsl.worlds.hypotheses import (
     Hypothesis,
     Minded,
     attitudes_of,
+    factored,
     hypotheses_of,
     latents_of,
     minds_of_each,
+    parts_of,
     rationality_of,
     reading_of,
     rows_told_apart,
@@ -26,6 +28,7 @@ from i2pdsl.worlds.hypotheses import (
     wants_of,
 )
 
+MOST_POINTS = 4 * MOST_HYPOTHESES  # at which a question may look
 ROOM = 128  # rows, if the latents that must be kept apart leave room for others
 
 
@@ -69,6 +72,25 @@ def apart(spec: GridSpec) -> tuple[tuple[Hypothesis, ...], tuple[float, ...], fr
 def minds_of_all(spec: GridSpec) -> Groups:
     """Of each set of rational characters, in the order of acting, what each may think."""
     return minds_of_each(spec.characters, lambda goal: goal == NO_GOAL)
+
+
+def modelled(spec: GridSpec) -> tuple[int, ...]:
+    """The numbers of those whom others model."""
+    names = {name for c in spec.characters for name in c.models}
+    return tuple(n for n, c in enumerate(spec.characters) if c.name in names)
+
+
+@lru_cache(maxsize=16)
+def factors(spec: GridSpec) -> tuple[frozenset[str], ...]:
+    """Where hypotheses are too many to be listed, but few enough by factors, the latents of those
+    whom others model, and of each other character; else empty."""
+    common, kept = modelled(spec), apart(spec)[2]
+    numbers, points = factored(minds_of_all(spec), common, kept)
+    if numbers > MOST_HYPOTHESES or points > MOST_POINTS:
+        return ()
+    parts = parts_of(spec.characters)
+    first = frozenset().union(*(parts[n] for n in common))
+    return (first, *(part for n, part in enumerate(parts) if n not in common))
 
 
 def hypothesis_count(spec: GridSpec) -> int:

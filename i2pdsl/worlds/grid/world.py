@@ -10,7 +10,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.particles import SwarmTables, looked_up
+from i2pdsl.audience.holding import HoldingTables
+from i2pdsl.audience.particles import looked_up
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
@@ -27,6 +28,7 @@ from i2pdsl.worlds.grid.arrays import (
     state_count,
 )
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
+from i2pdsl.worlds.grid.holdings import holdings_of, problems_in_space, space_and_rows
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.parts import part_of
@@ -43,7 +45,6 @@ from i2pdsl.worlds.grid.problems import (
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
-from i2pdsl.worlds.grid.swarms import problems_of_particles, space_and_rows, swarms_of
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
@@ -122,12 +123,12 @@ class GridWorld:
     def switching(self, tables: Tables) -> tuple[Switching | None, ...]:
         return tables.switching or (None,) * len(self.moves.weak)
 
-    def swarms(self, tables: Tables) -> tuple[SwarmTables | None, ...]:
-        return tables.swarms
+    def holdings(self, tables: Tables) -> tuple[HoldingTables | None, ...]:
+        return tables.holdings
 
     def holding(self, viewers: tuple[Viewer, ...]) -> GridWorld:
-        swarms = swarms_of(self.spec, self.vocabulary, viewers, self.tables)
-        return replace(self, tables=self.tables._replace(swarms=swarms))
+        holdings = holdings_of(self.spec, self.vocabulary, viewers, self.tables)
+        return replace(self, tables=self.tables._replace(holdings=holdings))
 
     @property
     def lists_hypotheses(self) -> bool:
@@ -138,12 +139,14 @@ class GridWorld:
             return np.broadcast_to(rows[:, None], (len(rows), len(self.moves.weak)))
         space, every = space_and_rows(self.spec, self.vocabulary)
         minds = every.drawn(rows, generator)
-        problems = problems_of_particles(self.spec, space)
+        problems = problems_in_space(self.spec, space)
         return np.stack([looked_up(each, minds) for each in problems], axis=-1)
 
     @property
     def keeps_doubt(self) -> bool:
-        if self.tables.swarms:
+        if not self.lists_hypotheses:  # what is held is probabilities
+            return True
+        if self.tables.holdings:
             return False
         possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
         each = np.broadcast_to(
@@ -209,9 +212,7 @@ class GridWorld:
     def outcome(
         self, tables: Tables, state: Array, action: Array
     ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
-        after = self.transition(tables, state, action)
-        seen = (tables, state, action, after)
-        return after, self.log_rows(*seen), self.best_rows(*seen)
+        return model.outcome(tables, self.moves, state, action)
 
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
@@ -306,7 +307,7 @@ class GridWorld:
             return replace(self, tables=self.tables._replace(sharpness=sharper))
         told = {"sharpness": sharper, "forgetting": forgetting, "log_prior": log_prior}
         switching = tuple(each.given(log_prior) for each in self.tables.switching)
-        return replace(self, tables=self.tables._replace(**told, switching=switching, swarms=()))
+        return replace(self, tables=self.tables._replace(**told, switching=switching, holdings=()))
 
     action_shape = ()
     rows_are_scaled = False
@@ -474,7 +475,7 @@ def assemble(
         against=_against(viewers, plans, distinct, offsets) if spec.together else None,
         terms=distinct[0].terms,
     )
-    tables = tables._replace(swarms=swarms_of(spec, words, viewers, tables))
+    tables = tables._replace(holdings=holdings_of(spec, words, viewers, tables))
     moves = Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,

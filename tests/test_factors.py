@@ -1,0 +1,353 @@
+"""Beliefs held by factors, against those over all hypotheses, and a plain transcription."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from i2pdsl.audience import factors
+from i2pdsl.audience.factors import Factors, FactorTables
+from i2pdsl.audience.filter import update
+from i2pdsl.errors import Source
+from i2pdsl.language.check import check_query
+from i2pdsl.language.priors import factorises
+from i2pdsl.language.scope import Module
+from i2pdsl.language.story import default_assumption
+from i2pdsl.objective.many import evaluate_many
+from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.stories import Story
+from i2pdsl.worlds.grid import hypotheses
+from i2pdsl.worlds.grid.dynamics import build_dynamics
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.planning import solve
+from i2pdsl.worlds.grid.problems import problem_keys, problem_of
+from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.world import Viewer
+
+FRAMES = 5
+THREE = """
+map
+    R.
+    .L
+tile roses
+    symbol = R
+tile lake
+    symbol = L
+character princess
+    success = 0.6
+    goals = {roses, lake}
+""" + "".join(
+    f"character {name}\n    goals = {{roses, lake, none}}\n    pushes = princess\n"
+    "    toward = {princess: {-2, 0, 2}}\n"
+    for name in ("knight", "ghost")
+)
+ASKED = "rho_knight_princess G_ghost"
+
+
+def spec_of(**settings: float | str) -> GridSpec:
+    text = f"{THREE}planning\n    gamma = 0.8\n"
+    return parse_world(Source("three.world", text), "three").with_settings(settings)
+
+
+def built(spec: GridSpec, viewer: Viewer | None = None) -> GridWorld:
+    dynamics = build_dynamics(spec)
+    return assemble(spec, dynamics, (viewer or Viewer(spec),), [solve(spec, dynamics)])
+
+
+@cache
+def listed(forgetting: float = 0.0) -> GridWorld:
+    return built(spec_of(forgetting=forgetting))
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Nobody can list more than 150 hypotheses, from now on."""
+    assert len(listed().vocabulary.hypotheses) == 178
+    for module in ("spec", "hypotheses"):
+        monkeypatch.setattr(f"i2pdsl.worlds.grid.{module}.MOST_HYPOTHESES", 150)
+    monkeypatch.setattr("i2pdsl.worlds.grid.hypotheses.ROOM", 1)
+    for known in (hypotheses.factors, hypotheses.apart):
+        known.cache_clear()
+    yield
+    for known in (hypotheses.factors, hypotheses.apart):
+        known.cache_clear()
+
+
+def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:
+    generator = np.random.default_rng(5)
+    states, actions = [np.asarray(generator.choice(world.starts()))], []
+    for _ in range(FRAMES):
+        turns = world.turns(world.tables, states[-1])
+        actions.append(generator.choice(np.flatnonzero(turns.valid)))
+        states.append(turns.state[actions[-1]])
+    return np.array(states), np.array(actions)
+
+
+def told(world: GridWorld, asked: str) -> np.ndarray:
+    words = world.vocabulary
+    rational = default_assumption(words)
+    query = check_query(Source("q", asked), words, Module(Source("m", "")), FRAMES, rational)
+    seen = replay(world, *random_script(listed()))
+    one = np.asarray(evaluate(world, seen, query.value, query.times))
+    many = seen.each(lambda part: np.stack([part, part]))
+    both = evaluate_many(world, many, query.value, query.times)
+    np.testing.assert_allclose(both, np.stack([one, one]), atol=1e-12)
+    return one
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "P(rho_knight_princess > 0 | script[:t])",
+        "P(G_ghost | script[:t], rho_knight_princess < 0 or G_ghost = lake)",
+        "P(rho_knight_princess < 0 | script[:t, knight])",
+        "entropy(rho_knight_princess | script[:t])",
+        "entropy(script[:t])",
+        "entropy(script[:t], rho_knight_princess != 0 or G_ghost = lake)",
+        "KL(script[:t] || script[:t-1])",
+        "surprise(script[t])",
+        "next(princess | script[:t], rho_knight_princess < 0)",
+        "next(ghost | script[:t])",
+        "suspense(G_ghost | script[:t])",
+        "E[V(knight) | script[:t]]",
+        "E[V(princess) * V(ghost) - rho_knight_princess | script[:t], rho_knight_princess > 0]",
+    ],
+)
+def test_without_forgetting_factors_are_the_belief_over_all_hypotheses(
+    few: None, asked: str
+) -> None:
+    world = built(spec_of(asked=ASKED, forgetting=0.0))
+    (tables,) = world.tables.holdings
+    assert isinstance(tables, FactorTables)
+    assert tables.size == 63
+    ours, theirs = told(world, asked), told(listed(), asked)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-9)
+    assert np.ptp(theirs) > 1e-3
+
+
+def test_how_odd_an_action_is_and_what_each_row_expects(few: None) -> None:
+    world = built(spec_of(asked=ASKED, forgetting=0.0))
+    ours, theirs = (replay(each, *random_script(listed())) for each in (world, listed()))
+    np.testing.assert_allclose(ours.regret, theirs.regret, rtol=1e-9, atol=1e-9)
+    every = [row.items() for row in listed().vocabulary.hypotheses]
+    rows = [
+        [h for h, row in enumerate(every) if told.items() <= row]
+        for told in world.vocabulary.hypotheses
+    ]
+    for t, u in itertools.product(range(1, FRAMES + 1), range(3)):
+        before, action = theirs.log_expecting[t, u, 0], theirs.log_rows[t, u, 0]
+        for number, members in enumerate(rows):
+            weights = np.exp(before[members] - before[members].max())
+            mean = (weights @ np.exp(action[members])) / weights.sum()
+            assert np.exp(ours.log_rows[t, u, 0, number]) == pytest.approx(mean, rel=1e-9)
+
+
+def test_who_forgets_mixes_each_factor_with_an_even_one(few: None) -> None:
+    """The equations of audience/factors.py, in dictionaries."""
+    e = 0.03
+    world = built(spec_of(asked=ASKED, forgetting=e))
+    states, actions = random_script(listed())
+    rows = listed().vocabulary.hypotheses
+    names = ("princess", "knight", "ghost")
+    latents = {who: (f"G_{who}", f"R_{who}", f"rho_{who}_princess") for who in names}
+    mine = lambda row, who: tuple(sorted((x, v) for x, v in row.items() if x in latents[who]))
+    joint = [tuple(mine(row, who) for who in names) for row in rows]
+    wants = {cell[0] for cell in joint}
+    beside = [{m: {cell[i] for cell in joint if cell[0] == m} for m in wants} for i in (0, 1, 2)]
+    count = {m: len(beside[1][m]) * len(beside[2][m]) for m in wants}
+    assert sum(count.values()) == len(rows) == 178
+    even = {m: count[m] / 178 for m in wants}
+    common = dict(even)
+    own = [
+        {m: {h: 1 / len(there) for h in there} for m, there in beside[i].items()} for i in (1, 2)
+    ]
+    anew = e * 178 / 177
+
+    keys = problem_keys(world.spec)
+    seen = world.log_rows(world.tables, states[:-1], actions, states[1:])
+
+    def likelihood(t: int, who: int, cell: tuple[tuple[tuple[str, object], ...], ...]) -> float:
+        row = {x: v for part in cell for x, v in part}
+        if not row[f"R_{names[who]}"]:
+            return 1 / 5
+        key = problem_of(listed().spec, listed().spec.characters[who], row)
+        return math.exp(seen[who][t, 0, list(keys[who]).index(key)])
+
+    frames = replay(world, states, actions)
+    kept = [
+        {x: v for x, v in row.items() if x in world.vocabulary.kept}
+        for row in ({x: v for part in cell for x, v in part} for cell in joint)
+    ]
+    for t in range(FRAMES):
+        for who in range(3):
+            if who == 0:
+                common = {m: p * likelihood(t, 0, (m,)) for m, p in common.items()}
+            else:
+                table = own[who - 1]
+                for m, each in table.items():
+                    scaled = {h: q * likelihood(t, who, (m, h)) for h, q in each.items()}
+                    total = sum(scaled.values())
+                    common[m] *= total
+                    table[m] = {h: q / total for h, q in scaled.items()}
+            total = sum(common.values())
+            common = {m: (1 - anew) * p / total + anew * even[m] for m, p in common.items()}
+            own = [
+                {
+                    m: {h: (1 - anew) * q + anew / len(each) for h, q in each.items()}
+                    for m, each in table.items()
+                }
+                for table in own
+            ]
+        belief = np.exp(frames.log_belief[t + 1, 0])
+        for row, ours in zip(world.vocabulary.hypotheses, belief, strict=True):
+            theirs = sum(
+                common[m] * own[0][m][one] * own[1][m][other]
+                for (m, one, other), shown in zip(joint, kept, strict=True)
+                if shown == row
+            )
+            assert ours == pytest.approx(theirs, rel=1e-9)
+    assert belief.max() < 0.9
+
+
+def one_factor(size: int, forgetting: float) -> FactorTables:
+    """Of one who is seen, whom nobody models, beside nobody; or who is all that is modelled."""
+    even = np.full(size, 1 / size)
+    every = np.arange(size)
+    return FactorTables(
+        even, (), Factors(even, ()), np.array(forgetting * size / (size - 1)), (every,), (every,),
+        (), (), np.eye(size), every, every,
+    )  # fmt: skip
+
+
+def test_one_factor_is_forgotten_as_a_list_is() -> None:
+    generator = np.random.default_rng(0)
+    tables, e = one_factor(7, 0.1), np.array([0.1])
+    held, belief = factors.begun(tables), np.log(np.full((1, 7), 1 / 7))
+    for _ in range(5):
+        row = generator.normal(size=7)
+        held = factors.seen_by(tables, held, 0, row)
+        belief = update(belief, row, e)
+        np.testing.assert_allclose(factors.belief(tables, held), np.exp(belief[0]), rtol=1e-12)
+
+
+def test_nothing_gets_too_improbable_in_single_precision() -> None:
+    single = lambda part: jnp.asarray(part, jnp.float32) if part.dtype == float else part
+    tables = jax.tree.map(single, one_factor(3, 0.0))
+    held = factors.begun(tables)
+    for row in ([0.0, -900.0, -3.0], [0.0, -900.0, -3.0], [-200.0, 0.0, -3.0]):
+        held = factors.seen_by(tables, held, 0, jnp.array(row, jnp.float32))
+        belief = np.asarray(factors.belief(tables, held))
+        assert np.isfinite(belief).all()
+        assert (belief > 0).all()
+        assert belief.sum() == pytest.approx(1, abs=1e-5)
+
+
+def test_products_are_told_from_other_weights() -> None:
+    generator = np.random.default_rng(1)
+    parts = (frozenset("a"), frozenset("bc"), frozenset("d"))
+    rows = [
+        dict(zip("abcd", values, strict=True))
+        for values in itertools.product((1, 2), (1, 2), (1, 2, 3), (1, 2, 3))
+        if values[0] == 1 or values[3] != 2
+    ]
+    for trial in range(20):
+        one, two = generator.uniform(0.1, 3, (2, 4, 4)), generator.uniform(0.1, 3, (2, 4))
+        if trial % 2:
+            one[1, 2], two[0, 1] = 0.0, 0.0
+        weights = [one[r["a"] - 1, r["b"], r["c"]] * two[r["a"] - 1, r["d"]] for r in rows]
+        assert factorises(rows, parts, weights)
+        place = int(generator.integers(len(rows)))
+        while not weights[place]:
+            place = int(generator.integers(len(rows)))
+        weights[place] *= 1.1
+        assert not factorises(rows, parts, weights)
+
+
+def test_a_search_by_factors_finds_what_one_over_all_hypotheses_does(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    told = THREE.replace("R.", "R..").replace(".L", ".L.") + "audience\n    forgetting = 0.000001\n"
+    text = """world three
+length 4
+maximize depict(rho_knight_princess > 0) - entropy(script[:T])
+maximize 0.1 * E[V(princess) | script[:T], G_ghost = lake]
+search beam(starts = 8, width = 1, polish = 1)
+"""
+    found = []
+    for by_factors in (False, True):
+        if by_factors:
+            request.getfixturevalue("few")
+        folder = tmp_path / str(by_factors)  # what is known of a file is remembered
+        folder.mkdir()
+        (folder / "three.world").write_text(told)
+        story = Story.from_text(text, folder)
+        assert bool(story.typed.vocabulary.factors) == by_factors
+        found.append(story.solve(choose="score").script.score)
+    assert found[0] is not None
+    assert found[1] == pytest.approx(found[0], abs=1e-3)
+
+
+FOUR = (
+    THREE.replace("roses, lake", "roses, lake, well")
+    .replace("    R.\n    .L", "    R..\n    .L.")
+    .replace("tile lake", "tile well\n    cell = (2, 0)\ntile lake")
+)
+
+
+def four(folder: Path, text: str) -> Story:
+    more = FOUR[FOUR.index("character ghost") :].replace("ghost", "dragon")
+    (folder / "four.world").write_text((FOUR + more).replace("    pushes = princess\n", ""))
+    return Story.from_text(f"world four\nlength 3\n{text}\n", folder)
+
+
+WISH = "maximize depict(rho_knight_princess > 0)\n"
+
+
+@pytest.mark.parametrize(
+    ("audience", "by_factors"),
+    [
+        ("", True),
+        ("audience bayesian(given = G_knight = lake and rho_ghost_princess > 0)", True),
+        ("audience bayesian(prior(rho_knight_princess) = {0: 0.8, others: 0.2})", True),
+        ("audience bayesian(prior(R_princess) = {true: 0.9, false: 0.1})", True),
+        ("audience bayesian(prior = if G_knight = lake then 3 else 1)", True),
+        ("audience bayesian(given = G_knight = G_ghost)", False),
+        ("audience bayesian(prior = if G_knight = lake or G_ghost = lake then 3 else 1)", False),
+        ("audience particles", False),
+    ],
+)  # fmt: skip
+def test_who_holds_factors(tmp_path: Path, audience: str, by_factors: bool) -> None:
+    story = four(tmp_path, f"{audience}\n{WISH}")
+    words = story.typed.vocabulary
+    assert sum(words.counts) == 5309
+    assert len(words.factors) == 4
+    (observer,) = story.typed.observers
+    assert (observer.particles is None) == by_factors
+    told = [d.message for d in story.typed.warnings]
+    alone = "who know of several characters together cannot hold all 5,309"
+    assert any(alone in message for message in told) == (not by_factors and "bayes" in audience)
+
+
+@pytest.mark.slow
+def test_four_characters_are_watched_exactly(tmp_path: Path) -> None:
+    """Searched, asked, sampled and explained; what is held against an exact belief by hand is in
+    tests/test_particles_unlisted.py."""
+    story = four(tmp_path, f"{WISH}search beam(starts = 4, width = 1, polish = 0)")
+    script = story.solve(choose="score").script
+    assert script.trust is None
+    assert not script.particles
+    asked = "P(rho_knight_princess > 0 | script[:T])"
+    particles = script.query(asked, audience="particles(count = 4000, seed = 3)")
+    assert float(script.query(asked)) == pytest.approx(float(particles), abs=0.05)
+    everything = script.query("entropy(script[:t])")
+    assert everything[0] == pytest.approx(math.log(3 * 11**3))
+    assert everything[-1] < everything[0]
