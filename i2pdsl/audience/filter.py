@@ -100,8 +100,13 @@ def updated_share(share: Array, log_likelihood: Array, forgetting: Array) -> Arr
     In single precision: what is less likely than LEAST is taken to be so likely.
     """
     xp = share.__array_namespace__()
-    joint = share * xp.exp(xp.maximum(log_likelihood, LEAST))
-    spread = _spread(xp, forgetting, share.shape[-1])
+    return share_after(share, xp.exp(xp.maximum(log_likelihood, LEAST)), forgetting)
+
+
+def share_after(share: Array, likelihood: Array, forgetting: Array) -> Array:
+    """`updated_share` by likelihoods, [..., O, H], which may all be so many times as large."""
+    joint = share * likelihood
+    spread = _spread(share.__array_namespace__(), forgetting, share.shape[-1])
     belief = joint / summed(joint)[..., None]
     if spread is None:
         return belief

@@ -45,6 +45,7 @@ from i2pdsl.worlds.world import Branches
 Array = Any
 
 MANY = 256  # places: from so many on they are looked for among each other first
+AT_ONCE = 8192  # values of an action that are computed side by side: more do not fit the cache
 
 
 def action_values(tables: Tables, who: int, state: Array) -> Array:
@@ -137,24 +138,59 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
 def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s) of every planning problem: [..., A, P]."""
     xp = namespace(tables.coordinates)
+    if xp is np:
+        each = (_choices(tables, who, some) for some in _few(tables, who, state))
+        found = np.concatenate([scaled - total for scaled, total in each], axis=1)
+        return np.moveaxis(found, 0, 1).reshape(*state.shape, *found.shape[::2])
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
     return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
 
 
+def _few(tables: Tables, who: int, every: np.ndarray) -> list[np.ndarray]:
+    """States, or what belongs to them, [...], as parts [n] that are small enough to be computed in
+    the cache."""
+    flat, size = every.reshape(-1), max(1, AT_ONCE // max(1, len(tables.sharpness[who])))
+    return [flat[first : first + size] for first in range(0, len(flat), size)] or [flat]
+
+
+def _choices(tables: Tables, who: int, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """beta Q(s, a) of every planning problem but for what all actions share, [A, n, P], and the log
+    of the sum of their exponentials, [n, P]. With the actions in front NumPy sums fastest."""
+    plain = tables.against is None and tables.layer is None
+    if plain and tables.packed is None and tables.terms is None:
+        p, gamma, beta = tables.success[who], tables.gamma, tables.sharpness[who]
+        scaled = tables.continuation[who][tables.successor[who][:, state]]
+        if p < 1:
+            scaled = p * scaled + (1 - p) * scaled[STAY]
+        scaled *= gamma * beta
+        scaled += tables.cost[: len(scaled), None, None] * beta
+    else:
+        scaled = np.moveaxis(action_values(tables, who, state), -2, 0) * tables.sharpness[who]
+    scaled -= scaled.max(0)
+    return scaled, np.log(np.exp(scaled).sum(0))
+
+
 def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     """log P(act | s, H), [..., O, H]."""
     xp = namespace(tables.coordinates)
-    if xp is not np or state.ndim != 1 or len(state) < MANY:
+    if xp is not np:
         policy = _log_softmax(tables, who, state)
         taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
         return _by_hypothesis(tables, who, taken)
     # Many scripts come by the same places, and do the same there.
     count = action_count(tables, who)
-    places, which = np.unique(state.astype(np.int64) * count + act, return_inverse=True)
-    policy = _log_softmax(tables, who, (places // count).astype(state.dtype))
-    taken = np.take_along_axis(policy, (places % count)[:, None, None], axis=1)[:, 0]
-    return _by_hypothesis(tables, who, taken)[which]
+    pairs = (state.astype(np.int64) * count + act).reshape(-1)
+    which: Any = None
+    if len(pairs) >= MANY:
+        pairs, which = np.unique(pairs, return_inverse=True)
+    found = []
+    for some in _few(tables, who, pairs):
+        scaled, total = _choices(tables, who, (some // count).astype(state.dtype))
+        found.append(scaled[some % count, np.arange(len(some))] - total)
+    rows = _by_hypothesis(tables, who, np.concatenate(found))
+    rows = rows if which is None else rows.take(which, axis=0)
+    return rows.reshape(*state.shape, *rows.shape[1:])
 
 
 def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
@@ -418,7 +454,9 @@ def log_rows(
             row = entries(tables.policies[who], (states[who], step.act))
         else:
             row = _log_taken(tables, who, states[who], step.act)
-        rows.append(xp.where((action < moves.turn_count)[..., None, None], row, 0.0))
+        if moves.events or xp is not np:
+            row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
+        rows.append(row)
     return tuple(rows)
 
 
