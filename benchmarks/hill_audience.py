@@ -4,6 +4,7 @@ heavy controller on the light box), and what observers believe whom the optimise
     python benchmarks/hill_audience.py [--seeds 0,1,2,3,4] [--quick]
     python benchmarks/hill_audience.py --will [--seeds 0,1,2,3,4]
 
+With --will six further trainings are asked, which do not ship: `i2p train hill --seed 11`, to 16.
 An executing seed is the training seed of the controllers that act, and that the optimiser's own
 observer imagines; the held-out observers imagine those of the other training seeds, one each, and
 are pooled by their mean log-odds. P is the mean over all frames of P(weight = 0.5), with --will of
@@ -31,6 +32,7 @@ from i2pdsl.worlds.world import Viewer
 
 STORIES = Path(__file__).resolve().parent.parent / "stories" / "hill"
 SHIPPED = (0, 1, 2, 3, 4)
+FURTHER = (11, 12, 13, 14, 15, 16)  # to whom nothing is told; trained by whoever runs this
 LAZY = 0.1  # as in mime.story
 HONEST = "world hill(weight = {})\nlength 800\nsearch naive(noise = 0.1)\n"
 PLAIN = """world hill(weight = 0.1)
@@ -107,47 +109,50 @@ def pooled(each: list[np.ndarray]) -> float:
 
 
 def wills(seeds: tuple[int, ...]) -> None:
-    """mime.story beside honest and lazy motion. The story tells its mime to three observers; those
-    of the two other training seeds are held out."""
+    """mime.story beside honest and lazy motion. The story tells its mime to the observers of the
+    executing seed, of two other shipped ones, and of six further trainings."""
     lines = (STORIES / "mime.story").read_text(encoding="utf-8").splitlines()
     mime = "\n".join(line for line in lines if not line.startswith("#")).strip()
-    length = 350
-    print("| executing | script | box, units | effort | rope taut | own P | held-out P | pooled |")
-    print("|---|---|---|---|---|---|---|---|")
+    length = int(re.findall(r"^length (\d+)", mime, flags=re.M)[0])
+    print("| executing | script | box, units | effort | rope taut | own P | two | six | pooled |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for executing in seeds:
-        others = [seed for seed in SHIPPED if seed != executing]
-        first, second, *held = others
-        text = mime.replace("controller = 0", f"controller = {first}")
+        first, second, *_ = (seed for seed in SHIPPED if seed != executing)
+        text = mime.replace("controller = 0)", f"controller = {first})")
         text = text.replace("controller = 1)", f"controller = {second})")
+        lazy = f"0.5, will = lazy, lazy = {LAZY}"
         told: dict[str, tuple[str, dict[str, float | str]]] = {
             "honest light": (HONEST.format(0.1), {"weight": 0.1}),
             "honest heavy": (HONEST.format(0.5), {"weight": 0.5}),
-            "lazy, heavy box": (
-                HONEST.format(f"0.5, will = lazy, lazy = {LAZY}"),
-                {"weight": 0.5, "will": "lazy"},
-            ),
+            "lazy, heavy box": (HONEST.format(lazy), {"weight": 0.5, "will": "lazy"}),
             "mime.story": (text, {"weight": 0.1}),
         }
         for name, (story, settings) in told.items():
-            settings["controller"] = executing
             script = script_of(story, executing, length)
-            path = script.trajectory
-            each = [tries(path, settings, seed) for seed in held]
-            own = float(tries(path, settings, executing).mean())
-            way, effort, taut = (
-                float(script.query(asked))
-                for asked in (
-                    "sum_t [progress(box) @ script[t]]",
-                    "mean_t [effort(hopper) @ script[t]]",
-                    "mean_t [taut(hopper) @ script[t]]",
-                )
-            )
-            shown = ", ".join(f"{p.mean():.2f}" for p in each)
-            print(
-                f"| {executing} | {name} | {way:.0f} | {effort:.2f} | {taut:.2f} | {own:.3f} "
-                f"| {shown} | **{pooled(each):.2f}** |",
-                flush=True,
-            )
+            print(row(executing, name, script, settings), flush=True)
+
+
+def row(executing: int, name: str, script: Script, settings: dict[str, float | str]) -> str:
+    """A script as a line of the table of wills. Held out are the observers of the shipped trainings
+    to whom the mime is not told, and those of further trainings."""
+    settings = {**settings, "controller": executing}
+    own, *each = (
+        tries(script.trajectory, settings, seed)
+        for seed in (executing, *[s for s in SHIPPED if s != executing][2:], *FURTHER)
+    )
+    way, effort, taut = (
+        float(script.query(asked))
+        for asked in (
+            "sum_t [progress(box) @ script[t]]",
+            "mean_t [effort(hopper) @ script[t]]",
+            "mean_t [taut(hopper) @ script[t]]",
+        )
+    )
+    two, six = (", ".join(f"{p.mean():.2f}" for p in held) for held in (each[:2], each[2:]))
+    return (
+        f"| {executing} | {name} | {way:.0f} | {effort:.2f} | {taut:.2f} | {own.mean():.2f} "
+        f"| {two} | {six} | **{pooled(each):.2f}** |"
+    )
 
 
 def main() -> None:

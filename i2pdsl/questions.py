@@ -26,6 +26,7 @@ from i2pdsl.language.scope import Module
 from i2pdsl.language.story import Audience, Observer, watching
 from i2pdsl.language.vocabulary import UNKNOWN
 from i2pdsl.objective.frame import Frame
+from i2pdsl.objective.looks import looks_within
 from i2pdsl.objective.many import evaluate_many
 from i2pdsl.objective.nearer import standard
 from i2pdsl.objective.replay import replay_all
@@ -53,7 +54,7 @@ COLUMNS = np.dtype(
         ("value", float),
     ]
 )
-AT_ONCE = 2048  # frames that are replayed side by side: more is not faster, and takes memory
+AT_ONCE = 4096  # frames that are replayed side by side: more is not faster, and takes memory
 
 
 class Table(np.recarray):
@@ -206,35 +207,46 @@ class _Reader:
 
     def __init__(self) -> None:
         self.known: dict[Any, Stored] = {}
-        self.groups: dict[Any, _Group] = {}
+        self.groups: dict[tuple[int, int], _Group] = {}
+        self.numbers: dict[Any, int] = {}  # of worlds with stories
+        self.told: dict[tuple[int, ...], tuple[int, Script]] = {}
 
     def add(self, number: int, name: str, script: Askable) -> None:
         """Puts a script into its group. Raises StoryError."""
         if isinstance(script, Script):
-            path = script.trajectory
-            key: Any = (self.key(script.record, None), script.assumption, script.audiences)
+            path, own = script.trajectory, self.number_of(script)
             make = lambda: _Ground.of(script, script.world.spec)
         else:
             record, folder = _record(script), None
             if isinstance(script, str | Path):
                 folder = Path(script).parent
-            key = self.key(record, folder)
+            key = _key(record, folder)
             if key not in self.known:
                 self.known[key] = stored(record, folder)
-            told = self.known[key]
+            told, own = self.known[key], self.numbers.setdefault(key, len(self.numbers))
             path = told.read(record)
             make = lambda: _Ground.of(told.of_length(len(path.actions)), told.spec)
-        key = (key, len(path.actions))
-        if key not in self.groups:
-            self.groups[key] = _Group(make())
-        group = self.groups[key]
+        place = own, len(path.actions)
+        if place not in self.groups:
+            self.groups[place] = _Group(make())
+        group = self.groups[place]
         group.names.append(name)
         group.numbers.append(number)
         group.paths.append(path)
 
-    def key(self, record: Record, folder: Path | None) -> tuple[Any, ...]:
-        """What a script's world and story depend on."""
-        return json.dumps(record.world), record.text, str(record.story.get("file")), folder
+    def number_of(self, script: Script) -> int:
+        """That of a script's world and story."""
+        same = tuple(map(id, (script.world, script.module, script.assumption, script.audiences)))
+        if same not in self.told:
+            key = (_key(script.record, None), script.assumption, script.audiences)
+            number = self.numbers.setdefault(key, len(self.numbers))
+            self.told[same] = number, script  # which is kept, so that the ids stay its own
+        return self.told[same][0]
+
+
+def _key(record: Record, folder: Path | None) -> tuple[Any, ...]:
+    """What a script's world and story depend on."""
+    return json.dumps(record.world), record.text, str(record.story.get("file")), folder
 
 
 def _record(script: Record | str | Path | Mapping[str, Any]) -> Record:
@@ -339,8 +351,9 @@ def _values(
 ) -> list[np.ndarray]:
     """The value of each question over all paths, [N], [N, n_t], [N, V] or [N, n_t, V]."""
     found: list[list[np.ndarray]] = []
+    within = any(looks_within(query.value) for query in queries)
     for piece in _pieces(paths):
-        frames = _replayed(world, piece)
+        frames = _replayed(world, piece, within)
         found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
     return [np.concatenate(parts) for parts in zip(*found, strict=True)]
 
@@ -351,9 +364,9 @@ def _pieces(paths: Sequence[Trajectory]) -> list[Sequence[Trajectory]]:
     return [paths[first : first + size] for first in range(0, len(paths), size)]
 
 
-def _replayed(world: World, paths: Sequence[Trajectory]) -> Frame:
+def _replayed(world: World, paths: Sequence[Trajectory], within: bool = True) -> Frame:
     states, actions = np.stack([p.states for p in paths]), np.stack([p.actions for p in paths])
-    return replay_all(world, states, actions, regret=False)
+    return replay_all(world, states, actions, regret=False, within=within)
 
 
 def _rows(query: TypedQuery, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

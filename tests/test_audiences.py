@@ -12,7 +12,7 @@ import pytest
 
 import reference as R
 from i2pdsl.audience import queries
-from i2pdsl.audience.filter import likelihood, update, updated_share
+from i2pdsl.audience.filter import update, updated_share
 from i2pdsl.errors import Source
 from i2pdsl.explain import document, questions_of
 from i2pdsl.language import typed as ty
@@ -221,7 +221,7 @@ def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
         for _ in range(30):
             row = np.log(random.uniform(size=(2, 5))) * random.choice([1, 20])
             logs = update(logs, row, forgetting)
-            shares = updated_share(shares, likelihood(row), forgetting)
+            shares = updated_share(shares, row, forgetting)
             np.testing.assert_allclose(shares, np.exp(logs), rtol=1e-9, atol=1e-15)
             for form, about in (
                 (queries.probability, event),

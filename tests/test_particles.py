@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
+from fuzz_for_tests import FULL, examples
 from i2pdsl.audience import particles, queries, renewal
 from i2pdsl.audience.filter import log_sum
 from i2pdsl.audience.particles import Swarm, SwarmTables
@@ -119,12 +120,12 @@ PLAN = Particles(count=64, frames=16, moves=1)
     ],
 )
 def test_the_evidence_is_unbiased_at_the_nominal_rate(forgetting: float, known: str) -> None:
-    """Of 8 scripts, each with 100 seeds, as many means lie beyond two standard errors as should:
+    """Of 8 scripts, each with many seeds, as many means lie beyond two standard errors as should:
     5 or more of 8 at a rate of .05 happen once in 60,000 times."""
     world, viewer = exact(forgetting, known)
-    far = []
+    far, count = [], 100 if FULL else 50
     for number in range(8):
-        seeds = range(100 * number, 100 * (number + 1))
+        seeds = range(count * number, count * (number + 1))
         ratio, _ = watch(world, viewer, script(world, number), PLAN, seeds)
         far.append((ratio.mean() - 1) / (ratio.std(ddof=1) / np.sqrt(len(ratio))))
     assert (np.abs(far) > 1.96).sum() < 5, far
@@ -140,7 +141,7 @@ def test_beliefs_converge_as_the_count_grows(forgetting: float) -> None:
     off = {}
     for count in (32, 512):
         plan = replace(PLAN, count=count)
-        _, beliefs = watch(world, viewer, frames, plan, range(60))
+        _, beliefs = watch(world, viewer, frames, plan, range(examples(240)))
         off[count] = np.sqrt(((beliefs[..., helps].sum(-1) - truth) ** 2).mean())
     assert off[512] < off[32] / 2.5  # by the square root of the count it is a quarter
     assert off[512] < 0.05

@@ -10,13 +10,16 @@ from fuzz_for_tests import examples
 from i2pdsl.stories import load
 from stories_for_tests import MAPS, PATHS, check, expectations, name
 
-# Told by the same pattern as another one, with other values, or in a world of three as another; one
-# is searched in seven lengths.
+# Each is searched with others of its kind in `make test-all`: told by the same pattern as another
+# one, with other values, or in a world of three as another; one is searched in seven lengths; and
+# those whose patterns are made of what others have, too.
 TWINS = (
     *("rivals", "unmasked", "alliance", "favourite", "matchmaker", "turncoat"),
     "park/shared-secret",
     *("hinder", "indifferent", "misjudged", "flashback-hinder", "icarus", "man-in-a-hole"),
     *("oedipus", "rags-to-riches", "riches-to-rags", "change-of-heart"),
+    *("cinderella", "foreshadowing", "from-afar", "flashback-help", "reveal", "surprising"),
+    *("guard", "suspenseful", "maze/shared-secret"),
 )
 
 

@@ -93,25 +93,20 @@ def update(
     return _after_chain(after, weights / total, forgetting, switching)
 
 
-def likelihood(log_likelihood: Array) -> Array:
-    """A probability as beliefs that are held as probabilities are multiplied by it.
-
-    In single precision: what is less likely than LEAST is taken to be so likely.
-    """
-    xp = log_likelihood.__array_namespace__()
-    return xp.exp(xp.maximum(log_likelihood, LEAST))
-
-
-def updated_share(share: Array, likely: Array, forgetting: Array) -> Array:
+def updated_share(share: Array, log_likelihood: Array, forgetting: Array) -> Array:
     """`update` of a belief that is held as probabilities, [..., O, H]: for viewers who forget,
     which keeps each of them from 0, and who do not think that goals change.
 
-    Args:
-        likely: `likelihood` of what was observed, broadcastable to it.
+    In single precision: what is less likely than LEAST is taken to be so likely.
     """
     xp = share.__array_namespace__()
-    joint = share * likely
-    spread = _spread(xp, forgetting, share.shape[-1])
+    return share_after(share, xp.exp(xp.maximum(log_likelihood, LEAST)), forgetting)
+
+
+def share_after(share: Array, likelihood: Array, forgetting: Array) -> Array:
+    """`updated_share` by likelihoods, [..., O, H], which may all be so many times as large."""
+    joint = share * likelihood
+    spread = _spread(share.__array_namespace__(), forgetting, share.shape[-1])
     belief = joint / summed(joint)[..., None]
     if spread is None:
         return belief

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from i2pdsl.audience.filter import Switching, log_sum, summed, update
 
 Array = Any
@@ -26,6 +28,11 @@ def probability(log_belief: Array, event: Array, mask: Array, share: Array | Non
     if share is not None:
         return (summed(share, event & mask) / summed(share, mask)).mean(-1)
     xp = _namespace(log_belief)
+    if xp is np:  # what is left out is known, and need not be read
+        held = log_belief.compress(mask, axis=-1)
+        weights = np.exp(held - held.max(-1, keepdims=True))
+        within = weights.compress(event[mask], axis=-1)
+        return (within.sum(-1) / weights.sum(-1)).mean(-1)
     return xp.where(event, conditioned(log_belief, mask), 0.0).sum(-1).mean(-1)
 
 

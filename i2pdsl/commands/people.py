@@ -61,7 +61,7 @@ def analysed(
     study = films.study
     own = {path.resolve(): film for film in study.films if (path := films.path(film))}
     known = lambda path: own.get(path.resolve())
-    collected = collect(study, tables_in(places), known, keep_all)
+    collected = collect(study, tables_in(places), known, keep_all, films.grounds)
     shares = analyse(collected.answers)
     p = people.p_by_people(collected.answers, shares)
     model = None

@@ -47,7 +47,8 @@ def query(
     audiences = tuple(map(_quoted, audiences))
     if questions and sources:
         return _table(sources, questions, assume, audiences, seed, out, as_json)
-    if len(sources) != 2 or len(audiences) > 1 or out is not None:
+    is_one = len(sources) == 2 and len(audiences) < 2 and out is None
+    if not is_one or Path(sources[0]).is_dir():
         raise click.UsageError(HOW)
     source, expression = sources
     script, status = script_or_story(source, seed)

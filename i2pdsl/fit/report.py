@@ -102,7 +102,7 @@ class Report:
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
-        arviz = optional("arviz", "fit")
+        arviz = _arviz()
         found = {}
         for name, draws in self.group.items():
             low, high = np.percentile(draws, INTERVAL)
@@ -267,7 +267,7 @@ class Report:
     def data(self) -> Any:
         """Everything as an arviz.InferenceData: the group's parameters, people's own, and the
         log-likelihood of each row."""
-        arviz = optional("arviz", "fit")
+        arviz = _arviz()
         study, draws = self.fitted.study, self.fitted.draws
         chains = draws.sites["mean"].shape[0]
         own = {}
@@ -311,7 +311,7 @@ class Report:
 
     @cached_property
     def _left_out(self) -> tuple[Any, Any]:
-        arviz = optional("arviz", "fit")
+        arviz = _arviz()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return arviz.loo(self.data, pointwise=True), arviz.waic(self.data)
@@ -343,6 +343,13 @@ class Report:
         """Writes what ArviZ reads, atomically."""
         with atomic_path(path) as temporary:
             self.data.to_netcdf(str(temporary), engine="h5netcdf")
+
+
+def _arviz() -> Any:
+    """The library, without what it says once a day of its own future."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return optional("arviz", "fit")
 
 
 def agreement(people: np.ndarray, model: np.ndarray) -> tuple[float, float]:

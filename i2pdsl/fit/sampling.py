@@ -13,7 +13,7 @@ import numpy as np
 from numpyro.infer import NUTS, init_to_value
 
 from i2pdsl.fit.model import MISFIT, Asked, Model
-from i2pdsl.programs import LASTING, compiled, once
+from i2pdsl.programs import BRIEF, LASTING, compiled, once
 from i2pdsl.search.minimise import minimise
 
 Array = Any
@@ -21,6 +21,7 @@ Report = Callable[[int, int], None]
 
 PIECE = 20  # draws between two looks at the clock and the keyboard
 STEPS = 60  # of the minimiser
+FEW = 1000  # rows, of all fits and ways of planning, below which a slower program is there sooner
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,9 @@ def modes(model: Model, nodes: Any, asked: Asked, weights: np.ndarray) -> np.nda
         return minimise(loss, jnp.asarray(mean, float), "lbfgs", STEPS, 0.0, None)[0]
 
     several = lambda fits: jax.lax.map(one, fits)
-    return np.asarray(once(several, (nodes, jnp.asarray(weights)), options=LASTING))
+    size = weights.size * jax.tree.leaves(nodes)[0].shape[1]
+    options = BRIEF if size < FEW else LASTING
+    return np.asarray(once(several, (nodes, jnp.asarray(weights)), options=options))
 
 
 def alike(model: Model, point: Array) -> dict[str, Array]:
@@ -77,7 +80,7 @@ def draw(
     seed: int,
     report: Report | None = None,
 ) -> Draws:
-    """Runs the chains side by side, from the mode. Ctrl-C ends it early with what was drawn.
+    """Runs the chains, each from the mode. Ctrl-C ends it early with what was drawn.
 
     Raises KeyboardInterrupt while the chains still find their way.
     """
@@ -98,13 +101,16 @@ def draw(
     warmup = -(-warmup // PIECE) * PIECE
     keys = jax.random.split(jax.random.PRNGKey(seed), chains)
     arguments = (nodes, asked)
-    state = once(lambda keys: kernel.init(keys, warmup, None, arguments, {}), keys)
+    begun = lambda key: kernel.init(key, warmup, None, arguments, {})
+    state = once(lambda keys: jax.lax.map(begun, keys), keys)
 
     def step(state: Any, _: Any) -> tuple[Any, tuple[Any, Array]]:
         state = kernel.sample(state, arguments, {})
         return state, (state.z, state.diverging)
 
-    several = jax.jit(lambda state: jax.lax.scan(step, state, None, PIECE))
+    # One after the other: side by side they would all wait for who takes most steps.
+    chain = lambda state: jax.lax.scan(step, state, None, PIECE)
+    several = jax.jit(lambda states: jax.lax.map(chain, states))
     run = compiled(several.lower(state))
     total, finished = warmup + draws, True
     found: list[tuple[dict[str, np.ndarray], np.ndarray]] = []
@@ -120,11 +126,7 @@ def draw(
             raise
         finished = False
     places = kernel.postprocess_fn(arguments, {})
-    drawn = {name: np.concatenate([s[name] for s, _ in found]) for name in found[0][0]}
+    drawn = {name: np.concatenate([s[name] for s, _ in found], axis=1) for name in found[0][0]}
     sites = once(jax.vmap(jax.vmap(places)), drawn)
-    by_chain = lambda array: np.moveaxis(np.asarray(array), 0, 1)
-    return Draws(
-        {name: by_chain(array) for name, array in sites.items()},
-        by_chain(np.concatenate([d for _, d in found])),
-        finished,
-    )
+    diverging = np.concatenate([d for _, d in found], axis=1)
+    return Draws({name: np.asarray(array) for name, array in sites.items()}, diverging, finished)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import Switching, likelihood, update, updated_share
+from i2pdsl.audience.filter import LEAST, Switching, share_after, update, updated_share
 from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language.story import default_assumption
@@ -85,11 +85,12 @@ class Belief(NamedTuple):
         if self.share is None:
             return Belief(update(self.log, row, forgetting, switching))
         if known is None:
-            likely = likelihood(row)
+            share = updated_share(self.share, row, forgetting)
         else:  # of some problems, not of all hypotheses
-            each = likelihood(known.log_rows)
+            xp = self.share.__array_namespace__()
+            each = xp.exp(xp.maximum(known.log_rows, LEAST))
             likely = _of_each(lambda _, them: each @ them, known.hypotheses)
-        share = updated_share(self.share, likely, forgetting)
+            share = share_after(self.share, likely, forgetting)
         return Belief(share.__array_namespace__().log(share), share)
 
     def regret(

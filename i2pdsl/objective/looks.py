@@ -68,6 +68,19 @@ def looks_around(expression: ty.Typed) -> bool:
     return any(BY_NAME[belief.form].looks_ahead for belief in beliefs)
 
 
+def looks_within(expression: ty.Typed) -> bool:
+    """Whether it asks more of a script than its states and actions and what viewers believe after
+    each frame: what they believe and expect within a frame, or once turns are appended."""
+    for node in ty.walk(expression):
+        match node:
+            case ty.Moment() if node.turns or node.seen is not None:
+                return True
+            case ty.Belief(form=form, moment=moment):
+                if moment is not None or BY_NAME[form].asks_frame:
+                    return True
+    return False
+
+
 def _asked(node: object) -> list[ty.Moment]:
     """The frames that a form asks of themselves, not only of the belief or the state after them."""
     match node:

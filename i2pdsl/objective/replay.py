@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from i2pdsl.audience.filter import share_after
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.belief import Belief, first_belief
@@ -64,6 +65,7 @@ def replay_all(
     actions: np.ndarray,
     rows: tuple[np.ndarray, ...] | None = None,
     regret: bool = True,
+    within: bool = True,
 ) -> Frame:
     """All frames of N scripts of one length, [N, T + 1, ...]; see `replay`.
 
@@ -71,78 +73,129 @@ def replay_all(
         states: [N, T + 1, ...], actions: [N, T, ...].
         rows: [N, T, O, H] each.
         regret: whether anybody asks for it.
+        within: whether anybody asks for what is believed and expected within frames (looks.py);
+            else there may be none of it.
     """
     tables = world.tables
     count, length = actions.shape[:2]
     before, later = states[:, :-1], states[:, 1:]
     best: tuple[np.ndarray, ...] = ()
     if length:
-        flat = (_side_by_side(part) for part in (before, actions, later))
-        seen_there = (tables, *flat)
-        apart = lambda row: row.reshape(count, length, *row.shape[1:])
+        seen_there = (tables, *map(_side_by_side, (before, actions, later)))
+        apart = lambda row: row.reshape(length, count, *row.shape[1:])
         if rows is None and regret:
             best = tuple(map(apart, world.best_rows(*seen_there)))
-        rows = rows or tuple(map(apart, world.log_rows(*seen_there)))
-    elif rows is None:  # nothing has happened yet, but what is observed has its shape
+        if rows is None:
+            rows = tuple(map(apart, world.log_rows(*seen_there)))
+        else:
+            rows = tuple(np.moveaxis(row, 1, 0) for row in rows)
+    else:  # nothing has happened yet, but what is observed has its shape
         first = states[:, 0]
         still = world.log_rows(tables, first, world.no_action(first), first)
-        rows = tuple(row[:, None][:, :0] for row in still)
-    seen = world.is_observed(actions)
-    given, prior = world.holdings(tables), world.log_prior(tables)
-    many = lambda part: np.broadcast_to(part, (count, *np.shape(part)))
-    start = first_belief(world, tables)
-    belief = start.map(many)._replace(holdings=tuple(s.each(many) for s in start.holdings))
-    found, expecting = [belief], [np.stack([np.zeros_like(belief.log)] * len(rows), axis=1)]
-    odd = np.zeros((count, length + 1, *prior.shape[:-1]))
-    shown: list[list[np.ndarray]] = [[] for _ in rows]
-    for t in range(length):
-        earlier, happens = [], seen[:, t]
-        belief = belief.shown(given)
-        for u, row in enumerate(rows):
-            earlier.append(belief.log)
-            if not world.lists_hypotheses:
-                shown[u].append(belief.likely(world, tables, u, row[:, t]))
-            if happens.any():
-                after = belief.seeing(world, tables, u, row[:, t])
-                belief = after if happens.all() else after.where(happens, belief)
-            if best and not world.lists_hypotheses:
-                odd[:, t + 1] += belief.regret(world, tables, u, best[u][:, t] - row[:, t])
-        if belief.holdings:
-            belief = belief.over(given).where(happens, belief)
-        found.append(belief)
-        expecting.append(np.stack(earlier, axis=1))
-    beliefs = [each.log for each in found]
-    if not world.lists_hypotheses:
-        none = np.zeros((count, 0, *prior.shape))
-        rows = tuple(np.stack(each, axis=1) if length else none for each in shown)
-    likelihoods = np.stack(rows, axis=2)
-    nothing = np.zeros((count, 1, *likelihoods.shape[2:]))
+        rows = tuple(row[None][:0] for row in still)
+    seen = np.moveaxis(world.is_observed(actions), 1, 0)
+    if world.keeps_doubt and world.lists_hypotheses:
+        followed = _as_shares(world, seen, rows, within or regret)
+    else:
+        followed = _as_logs(world, seen, rows, best)
+    beliefs, expecting, likelihoods, odd, holdings = followed
+    script_first = lambda part: np.moveaxis(part, 1, 0)
     frames = Frame(
         number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
         before=np.concatenate([states[:, :1], before], axis=1),
         action=np.concatenate([world.no_action(states[:, :1]), actions], axis=1),
         state=states,
-        log_previous=np.stack([beliefs[0], *beliefs[:-1]], axis=1),
-        log_belief=np.stack(beliefs, axis=1),
-        log_expecting=np.stack(expecting, axis=1),
-        log_rows=np.concatenate([nothing, likelihoods], axis=1),
-        regret=odd,
-        holdings=tuple(
-            parts[0].each(lambda *part: np.stack(part, axis=1), *parts[1:])
-            for parts in zip(*(each.holdings for each in found), strict=True)
-        ),
+        log_previous=script_first(beliefs[:-1]),
+        log_belief=script_first(beliefs[1:]),
+        log_expecting=script_first(expecting),
+        log_rows=script_first(likelihoods),
+        regret=script_first(odd),
+        holdings=tuple(each.each(script_first) for each in holdings),
     )
     if best and world.lists_hypotheses:
-        seen_by = Belief(frames.log_afterwards[:, 1:])
+        seen_by = Belief(script_first(frames.log_afterwards[:, 1:]))
         with np.errstate(invalid="ignore"):  # of who thinks that nobody is rational: nan
-            regret = np.stack(best, axis=2) - likelihoods
-            odd[:, 1:] = seen_by.regret(world, tables, 0, regret).sum(2)
+            regret_of = np.stack(best, axis=2) - likelihoods[1:]
+            odd[1:] = seen_by.regret(world, tables, 0, regret_of).sum(2)
     return frames
 
 
+Followed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[Any, ...]]
+"""What is believed of N scripts of T frames, the frames in front: the beliefs before frame 0 (the
+prior) and after each, [T + 2, N, O, H], before each observation, and what each was like,
+[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and what is held instead of all
+hypotheses."""
+
+
+def _begun(
+    world: World, seen: np.ndarray, observations: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Room for all but the last; frame 0 is there."""
+    (length, count), prior = seen.shape, world.log_prior(world.tables)
+    room = lambda frames, *own: np.empty((frames, count, *own, *prior.shape))
+    beliefs, expecting = room(length + 2), room(length + 1, observations)
+    likelihoods = room(length + 1, observations)
+    beliefs[:2], expecting[0], likelihoods[0] = prior, 0.0, 0.0
+    return beliefs, expecting, likelihoods, np.zeros((length + 1, count, *prior.shape[:-1]))
+
+
+def _as_shares(
+    world: World, seen: np.ndarray, rows: tuple[np.ndarray, ...], within: bool
+) -> Followed:
+    """Beliefs of viewers who forget, followed as probabilities: none that is not 0 from the start
+    gets too small for a double, and it takes a third of the time."""
+    parts = _begun(world, seen, len(rows) if within else 0)
+    beliefs, expecting, likelihoods, _ = parts
+    forgetting, everywhere = world.forgetting(world.tables), seen.all()
+    likely = [np.exp(row - row.max(-1, keepdims=True)) for row in rows]
+    share = np.exp(beliefs[0])
+    for t, happens in enumerate(seen[..., None, None], 1):
+        for u, row in enumerate(rows):
+            if within:
+                likelihoods[t, :, u], expecting[t, :, u] = row[t - 1], share
+            after = share_after(share, likely[u][t - 1], forgetting)
+            share = after if everywhere else np.where(happens, after, share)
+        beliefs[t + 1] = share
+    with np.errstate(divide="ignore"):
+        for part in (beliefs[2:], expecting[1:]):
+            np.log(part, out=part)
+    return *parts, ()
+
+
+def _as_logs(
+    world: World, seen: np.ndarray, rows: tuple[np.ndarray, ...], best: tuple[np.ndarray, ...]
+) -> Followed:
+    """Beliefs of any viewers, in logs, and what they hold instead of all hypotheses."""
+    beliefs, expecting, likelihoods, odd = _begun(world, seen, len(rows))
+    tables = world.tables
+    given = world.holdings(tables)
+    many = lambda part: np.broadcast_to(part, (seen.shape[1], *np.shape(part)))
+    start = first_belief(world, tables)
+    belief = start.map(many)._replace(holdings=tuple(s.each(many) for s in start.holdings))
+    holdings = [belief.holdings]
+    beliefs[:2] = belief.log
+    for t, happens in enumerate(seen, 1):
+        belief = belief.shown(given)
+        for u, row in enumerate(rows):
+            expecting[t, :, u] = belief.log
+            likelihoods[t, :, u] = belief.likely(world, tables, u, row[t - 1])
+            if happens.any():
+                after = belief.seeing(world, tables, u, row[t - 1])
+                belief = after if happens.all() else after.where(happens, belief)
+            if best and not world.lists_hypotheses:
+                odd[t] += belief.regret(world, tables, u, best[u][t - 1] - row[t - 1])
+        if belief.holdings:
+            belief = belief.over(given).where(happens, belief)
+        holdings.append(belief.holdings)
+        beliefs[t + 1] = belief.log
+    together = lambda *part: np.stack(part)
+    each = (parts[0].each(together, *parts[1:]) for parts in zip(*holdings, strict=True))
+    return beliefs, expecting, likelihoods, odd, tuple(each)
+
+
 def _side_by_side(part: np.ndarray) -> np.ndarray:
-    """[N, T, ...] as [N T, ...]: the worlds take one leading axis fastest."""
-    return part.reshape(-1, *part.shape[2:])
+    """[N, T, ...] as [T N, ...]: the worlds take one leading axis fastest."""
+    return np.moveaxis(part, 1, 0).reshape(-1, *part.shape[2:])
 
 
 def histories(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, error, first_of
 from i2pdsl.language import typed as ty
 from i2pdsl.language.people import read_people
-from i2pdsl.language.query import check_assumption
+from i2pdsl.language.query import check_assumption, check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import read_source
 from i2pdsl.language.story import Audience
@@ -32,6 +33,8 @@ class Ground:
         scripts: the given ones, in order.
         masks: of each answer's event (of the question's alone, where it has one), [H], and
             `assumed` what beliefs are conditioned on.
+        module, audiences: what questions may name.
+        length: how many frames they have.
     """
 
     spec: Spec
@@ -39,10 +42,42 @@ class Ground:
     scripts: tuple[Path, ...]
     masks: tuple[ty.Mask, ...]
     assumed: ty.Mask
+    module: Module
+    audiences: tuple[Audience, ...]
+    length: int
 
     @property
     def vocabulary(self) -> Vocabulary:
         return vocabulary_of(self.spec)
+
+    def asked(self, question: str, frame: int | None) -> object:
+        """What an expression asks after so many frames of a film, or after all of them: two that
+        ask the same are equal. Raises StoryError."""
+        query = check_query(
+            Source("question", question),
+            self.vocabulary,
+            self.module,
+            self.length,
+            self.assumed,
+            audiences=self.audiences,
+        )
+        return _after(query.value, self.length if frame is None else frame)
+
+
+def _after(node: Any, frame: int) -> Any:
+    """An expression with a number in the place of a free t."""
+    match node:
+        case ty.Reduction() | ty.Beats():  # whose t is their own
+            return node
+        case ty.Moment(first=int(first), frames=frames):
+            own = tuple(frames[frame - first : frame - first + 1])
+            return replace(node, frames=own, first=None)
+        case tuple():
+            return tuple(_after(part, frame) for part in node)
+        case _ if hasattr(node, "axes"):
+            parts = {each.name: _after(getattr(node, each.name), frame) for each in fields(node)}
+            return replace(node, **parts)
+    return node
 
 
 def check_study(study: Study) -> dict[tuple[str, str], Ground]:
@@ -74,7 +109,9 @@ def _ground(study: Study, condition: Condition, method: Method) -> Ground:
         given = stored(records[0], scripts[0].parent)
         words = vocabulary_of(given.spec)
         masks, assumed = _masks(study, words, given.module, given.audiences)
-        return Ground(given.spec, None, scripts, masks, assumed)
+        given = given.of_length(len(records[0].frames))
+        asked = given.module, given.audiences, len(records[0].frames)
+        return Ground(given.spec, None, scripts, masks, assumed, *asked)
     assert condition.story is not None, "the reader misses it"
     with _at(condition.spans["story"], ("no-file",)):
         source = read_source(condition.story)
@@ -84,7 +121,8 @@ def _ground(study: Study, condition: Condition, method: Method) -> Ground:
         story = story_from(source, condition.story.parent, settings)
     told = story.typed
     masks, assumed = _masks(study, told.vocabulary, told.module, told.audiences)
-    return Ground(story.spec, story, (), masks, assumed)
+    asked = told.module, told.audiences, told.length
+    return Ground(story.spec, story, (), masks, assumed, *asked)
 
 
 def _scripts(folder: Path, method: Method, seeds: Sequence[int]) -> tuple[Path, ...]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,9 @@ import numpy as np
 from i2pdsl.errors import Diagnostic, StoryError, error, first_of, shorten, whole_file
 from i2pdsl.fit.judgements import Choice, Judgement, Named, Pair, read_judgements
 from i2pdsl.study.answers import Answers
+from i2pdsl.study.check import Ground
 from i2pdsl.study.kit import asked_as, read_key
-from i2pdsl.study.spec import Film, Item, Study
+from i2pdsl.study.spec import SLIDER, Film, Item, Study
 
 KEY = "key.csv"
 CELL = ("condition", "method", "seed")  # columns that tell what a film is, without a key
@@ -20,6 +21,9 @@ FAILED, PARTIAL = "attention", "incomplete"
 
 Known = Callable[[Path], Film | None]
 """The film of a script's path, where it is one of the study's own."""
+
+Grounds = Mapping[tuple[str, str], Ground]
+"""What films are about, by condition and method."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +56,20 @@ def tables_in(places: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-def collect(study: Study, tables: Sequence[Path], known: Known, keep_all: bool) -> Collected:
+def collect(
+    study: Study,
+    tables: Sequence[Path],
+    known: Known,
+    keep_all: bool,
+    grounds: Grounds | None = None,
+) -> Collected:
     """Reads tables.
 
     Args:
         known: what a script is that no key names.
         keep_all: whether those count, too, who failed an attention check or stopped early.
+        grounds: by which a question is known that is put in other words than the study's now, as
+            an earlier kit may have it; without them none is.
 
     Raises StoryError with the mistakes of a table, at the cells that are wrong.
     """
@@ -67,10 +79,10 @@ def collect(study: Study, tables: Sequence[Path], known: Known, keep_all: bool) 
     folders: list[Path] = []
     for table in tables:
         found = _read(study, table)
-        finder = _Finder(study, table.parent, known)
+        finder = _Finder(study, table.parent, known, grounds or {})
         for row in found:
             item, flipped = finder.item(row)
-            rows.append(row)
+            rows.append(finder.asked(row, item.films[0]))
             items.append(item)
             flips.append(flipped)
             folders.append(table.parent)
@@ -109,10 +121,10 @@ def _read(study: Study, table: Path) -> tuple[Judgement, ...]:
         case "pair":
             named = {asked: Pair("")}
     found = read_judgements(table, scale, asked, named)
-    message = f"the study asks `{asked}`"
-    wrong = [row.wrong("question", message) for row in found if row.question != asked]
-    if wrong:
-        raise StoryError(first_of(wrong))
+    wrong = [row for row in found if row.question != asked]
+    if wrong and study.question.kind != SLIDER:  # else it may mean the same
+        message = f"the study asks `{asked}`"
+        raise StoryError(first_of([row.wrong("question", message) for row in wrong]))
     return found
 
 
@@ -127,8 +139,10 @@ def _number(row: Judgement, names: Sequence[str], flipped: bool) -> float:
 class _Finder:
     """What the rows of a folder's tables are about; collects what is wrong with them."""
 
-    def __init__(self, study: Study, folder: Path, known: Known):
-        self.study, self.folder, self.known = study, folder, known
+    def __init__(self, study: Study, folder: Path, known: Known, grounds: Grounds):
+        self.study, self.folder, self.known, self.grounds = study, folder, known, grounds
+        self.right = asked_as(study)
+        self.means: dict[tuple[object, ...], bool] = {}  # of other questions, by film
         keys = [place / KEY for place in (folder, folder.parent) if (place / KEY).is_file()]
         self.key = read_key(keys[0]) if keys else {}
         self.problems: list[Diagnostic] = []
@@ -164,6 +178,26 @@ class _Finder:
             hint = f"is `{KEY}` of the kit beside the table? or `--out` the folder of its films?"
             self.problem(row, column, message, hint)
         return film
+
+    def asked(self, row: Judgement, film: Film) -> Judgement:
+        """The row with the study's question, if that is what it asks."""
+        if row.question != self.right:
+            key = row.question, row.frame, film.condition, film.method
+            if key not in self.means:
+                self.means[key] = self.is_asked(*key)
+            if not self.means[key]:
+                self.problem(row, "question", f"the study asks `{self.right}`")
+        return replace(row, question=self.right)
+
+    def is_asked(self, question: str, frame: int | None, condition: str, method: str) -> bool:
+        """Whether a question means the study's own."""
+        ground = self.grounds.get((condition, method))
+        if ground is None:
+            return False
+        try:
+            return ground.asked(question, frame) == ground.asked(self.right, None)
+        except StoryError:
+            return False
 
     def problem(self, row: Judgement, column: str, message: str, hint: str | None = None) -> None:
         self.problems.append(row.wrong(column, message, hint))

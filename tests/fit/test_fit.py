@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import warnings
 from itertools import combinations, product
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 
 import i2pdsl
 from commands_for_tests import Outcome, Run, process
+from fuzz_for_tests import FULL
 from i2pdsl.computing import computing
 from i2pdsl.language.people import read_people
 from worlds_for_tests import with_small_world
@@ -92,17 +94,20 @@ def simulated(
 
 @pytest.fixture(scope="module")
 def fitted(folder: Path) -> tuple[Outcome, Path]:
-    table = simulated(folder, TRUTH, 0, (2, 5), pairs=True)
+    """In `make test` from sliders alone, without a baseline: NumPyro's programs take long to
+    compile."""
+    table = simulated(folder, TRUTH, 0, (2, 5), pairs=FULL)
     out = folder / "people.toml"
-    given = ("--scale", "100", "--chains", "2", "--warmup", "60", "--draws", "60")
-    baseline = ("--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t")
-    given = (*given, *baseline, "--vary", "nothing", "--fix", "forgetting=0.001", "--json")
-    return process("fit", table, "-o", out, "--pair", f"more:{QUESTION}", *given), out
+    given = ["--scale", "100", "--chains", "2", "--warmup", "60", "--draws", "60", "--json"]
+    given += ["--vary", "nothing", "--fix", "forgetting=0.001"]
+    if FULL:
+        given += ["--pair", f"more:{QUESTION}"]
+        given += ["--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t"]
+    return process("fit", table, "-o", out, *given), out
 
 
 def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
-    """Within four standard deviations of the posterior, which a wrong model misses by far; from
-    sliders and pairs."""
+    """Within four standard deviations of the posterior, which a wrong model misses by far."""
     done, _ = fitted
     told = json.loads(done.out)
     assert done.status == (0 if told["converged"] else 1)
@@ -115,18 +120,21 @@ def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
     assert prior == pytest.approx(1)
     assert told["r"] > 0.95
     assert told["rmse"] < 14
-    assert told["loo"]["loo"] < -100
+    assert told["loo"]["loo"] < (-100 if FULL else 0)
     assert 0.8 < told["predictive"]["within_90"] <= 1
-    assert (told["people"], told["answers"]) == (PEOPLE, PEOPLE * (2 * SCRIPTS + 15))
+    pairs = 15 if FULL else 0
+    assert (told["people"], told["answers"]) == (PEOPLE, PEOPLE * (2 * SCRIPTS + pairs))
     cells = told["cells"]
-    assert [cell["other"] is None for cell in cells] == [True] * 12 + [False] * 15
-    pair = cells[12]
-    assert (pair["script"], pair["other"], pair["count"]) == ("0.json", "1.json", PEOPLE)
+    assert [cell["other"] is None for cell in cells] == [True] * 12 + [False] * pairs
+    for pair in cells[12:13]:
+        assert (pair["script"], pair["other"], pair["count"]) == ("0.json", "1.json", PEOPLE)
 
 
 def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path) -> None:
-    arviz = pytest.importorskip("arviz")
     done, out = fitted
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # once a day it speaks of its own future
+        arviz = pytest.importorskip("arviz")
     told = json.loads(done.out)
     (person,) = read_people(out)
     data = arviz.from_netcdf(out.with_suffix(".nc"))
@@ -141,6 +149,7 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
     assert observer.sharpness == person.sharpness
 
 
+@pytest.mark.slow
 def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Path]) -> None:
     told = json.loads(fitted[0].out)["comparison"]
     ours, cues = (next(c for c in told if c["name"] == n) for n in ("this audience", "cues"))

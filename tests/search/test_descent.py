@@ -44,6 +44,7 @@ TERMS = (
 
 
 SUMS = (TERMS[0], TERMS[4], TERMS[7])
+WIDE = (TERMS[0], TERMS[1], TERMS[4], TERMS[6])  # have all kinds of terms
 
 
 def story(objective: str, length: int = LENGTH, *lines: str, weight: float = 0.1) -> Story:
@@ -63,7 +64,9 @@ def honest(length: int = LENGTH, noise: float = 0) -> float:
     return solved("depict(weight = 0.5)", length, f"search naive(noise = {noise})").score
 
 
-@pytest.mark.parametrize("objective", TERMS)
+@pytest.mark.parametrize(
+    "objective", [t if t in WIDE else pytest.param(t, marks=pytest.mark.slow) for t in TERMS]
+)
 def test_the_fold_scores_as_the_whole_script_does(objective: str) -> None:
     """What a descent differentiates is what a query of the finished script gives."""
     made = story(objective, 8, "search naive(noise = 1)")
@@ -198,6 +201,7 @@ def falls(script: Script) -> bool:
     return float(script.query("max_t [fallen(hopper) @ script[t]]")) > 0
 
 
+@pytest.mark.slow
 def test_not_fallen_keeps_a_hopper_up() -> None:
     """Asked to lose its value as fast as it can, it lies down; not if that is forbidden."""
     how = "seeds = 4, lookahead = 0"

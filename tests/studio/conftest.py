@@ -10,6 +10,7 @@ import pytest
 from browser_for_tests import chromium  # noqa: F401
 from studio_for_tests import BRIEF, Served, fill
 
+POLLING = 50  # milliseconds; by default a page draws a picture for each look
 LATE = """(() => {
   // Every third message is late in either direction, and all after it with it: by a seed.
   let seed = SEED;
@@ -61,6 +62,7 @@ class Desk:
             "() => { const { text, film } = document.getElementById('desk').dataset;"
             " return text !== undefined && text === film; }",
             timeout=milliseconds,
+            polling=POLLING,
         )
 
     def solved_or_undone(self) -> None:
@@ -82,6 +84,7 @@ class Desk:
                 [...document.querySelector("#text").shadowRoot.querySelectorAll(".cm-line")]
                     .map(line => line.textContent).join("\\n"))""",
             arg=pattern,
+            polling=POLLING,
         )
 
     def write(self, text: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from i2pdsl.study import mixed
 from i2pdsl.study.analyse import p_by_people
 from i2pdsl.study.analysis import analyse
 from i2pdsl.study.answers import Answers
-from i2pdsl.study.kit import fit_options
+from i2pdsl.study.check import check_study
+from i2pdsl.study.kit import asked_as, fit_options
 from i2pdsl.study.parse import load_study, parse_study
 from i2pdsl.study.people import collect, tables_in
 from i2pdsl.study.spec import Study
@@ -118,6 +120,58 @@ def test_mistakes_are_told_at_their_cells(study: Study, tmp_path: Path) -> None:
     assert "nobody is left" in wrong(study, table)[0]
     with pytest.raises(StoryError, match="there is no table of answers here"):
         tables_in([tmp_path / "answers", tmp_path])
+
+
+SLIDING = """
+question
+    ask = "Did it help?"
+    kind = slider
+    event = "rho > 0"
+    when = {}
+"""
+
+
+@pytest.mark.parametrize(
+    ("when", "right", "wrong_ones"),
+    [
+        (
+            "end",
+            ["P(rho>0|script[:t])", "P(0 < rho | script[:T])", "P(rho > 0 | script[:t]),4"],
+            ["P(rho < 0 | script[:t])", "P(rho > 0 | script[:t]),3", "mean_t P(rho > 0)", "?"],
+        ),
+        (
+            "throughout",
+            ["mean_t P(rho > 0 | script[:t])", "mean_t (P(rho>0|script[:t]))"],
+            ["mean_t P(rho > 0 | script[:T])", "P(rho > 0 | script[:t])"],
+        ),
+    ],
+)
+def test_a_question_in_other_words_is_known_by_its_meaning(
+    place: Path, when: str, right: list[str], wrong_ones: list[str]
+) -> None:
+    text = TINY.partition("question")[0] + SLIDING.format(when)
+    text = text.replace("helping\ncond", "high\ncond").replace("hindering\n\n", "low\n\n")
+    path = place / "tiny.study"
+    path.write_text(text.replace("method short", "method other").replace("length = 2", "beta = 1"))
+    study = load_study(path)
+    grounds = check_study(study)
+    own = asked_as(study)
+    for asked, is_known in [*((q, True) for q in right), *((q, False) for q in wrong_ones)]:
+        question, _, frame = asked.partition(",")
+        table = place / "a.csv"
+        table.write_text(
+            "participant,script,frame,question,answer,condition,method,seed\n"
+            f'ann,x.mp4,{frame or "T"},"{question}",80,hinder,other,2\n',
+        )
+        read = partial(collect, study, [table], lambda path: None, keep_all=False)
+        if is_known:
+            assert [row.question for row in read(grounds=grounds).rows] == [own]
+        else:
+            with pytest.raises(StoryError, match=r"the study asks `"):
+                read(grounds=grounds)
+        if question != own:
+            with pytest.raises(StoryError, match=r"the study asks `"):
+                read()
 
 
 def answered(study: Study, rights: Sequence[Sequence[float]]) -> Answers:

@@ -16,8 +16,10 @@ from plane_for_tests import DESK, PAIR, WALLED, build_plane, wandered
 
 FRAMES = 6
 SPECS = {spec.name: spec for spec in (DESK, PAIR, WALLED)}
-PAIRED = pytest.param("pair", "path", marks=pytest.mark.slow)  # takes long to compile
-CASES = [("desk", "step"), ("desk", "path"), PAIRED, ("walled", "step")]
+LONG = [  # take long to compile
+    pytest.param(*case, marks=pytest.mark.slow) for case in (("pair", "path"), ("walled", "step"))
+]
+CASES = [("desk", "step"), ("desk", "path"), *LONG]
 
 
 @cache

@@ -170,8 +170,9 @@ class Against(NamedTuple):
     success: tuple[Array | None, ...]
 
 
-def entries(table: Array, index: Array) -> Array:
-    """`table[index]`, of numbers that are in it."""
+def entries(table: Array, index: Any) -> Array:
+    """`table[index]`, of numbers that are in it: JAX need not look for others, which is half of
+    what it does otherwise."""
     if not hasattr(table, "at"):
         return table[index]
     return table.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
@@ -323,6 +324,19 @@ class Moves:
     @property
     def turn_count(self) -> int:
         return math.prod(self.counts)
+
+    @cached_property
+    def turns(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Each character's action in each turn, and whether it succeeds, [turn_count + 1] each; the
+        last place is for all events, in which everybody stays."""
+        number, found = np.arange(self.turn_count), []
+        for who, outcomes in enumerate(self.outcomes):
+            own = number // math.prod(self.counts[who + 1 :]) % len(outcomes)
+            acts, done = (
+                np.asarray(each)[np.append(own, STAY)] for each in zip(*outcomes, strict=True)
+            )
+            found.append((acts, done))
+        return tuple(found)
 
 
 def namespace(array: Array) -> Any:

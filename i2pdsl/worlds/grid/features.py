@@ -19,9 +19,8 @@ def attempts(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple
     tried, succeeded = [], []
     for who, weak in enumerate(moves.weak):
         if weak:
-            _, success = decode(moves, who, action, xp)
             tried.append(done[who].would)
-            succeeded.append(done[who].would & success)
+            succeeded.append(done[who].would & done[who].success)
     return xp.stack(tried, axis=-1), xp.stack(succeeded, axis=-1)
 
 
@@ -33,14 +32,12 @@ def is_turn(
     acts: Sequence[tuple[int, bool] | None],
 ) -> Array:
     """Whether everybody does so: (action, whether it succeeds) of each, None for anything."""
-    xp = namespace(tables.coordinates)
     each, _ = steps(tables, moves, before, action)
     done = action < moves.turn_count
     for who, act in enumerate(acts):
         if act is None:
             continue
-        chosen, success = decode(moves, who, action, xp)
-        done &= (chosen == act[0]) & (success == act[1])
+        done &= (each[who].act == act[0]) & (each[who].success == act[1])
         if not act[1]:  # what is in the way makes no move fail
             done &= each[who].would
     return done
@@ -91,7 +88,8 @@ def feature(
         tried = is_turn & (act != STAY)
         return tried if name == "tried" else ~tried
     if name == "faces":
-        seen = arrangement(tables, chosen_at(tables, moves, before, action)[who])
+        done, _ = steps(tables, moves, before, action)
+        seen = arrangement(tables, chosen_at(tables, moves, before, done)[who])
         offsets = [OFFSET_OF[name] for name in moves.actions[who]]
         return is_turn & _ahead(tables, seen, who, xp.asarray(offsets)[act], arguments[1])
     entity = who if name == "moved" else arguments[1]

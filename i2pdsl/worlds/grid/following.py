@@ -32,14 +32,15 @@ def action_count(tables: Tables, who: int) -> int:
 def successors(tables: Tables, who: int, here: Array) -> Array:
     """The arrangements after each action of a character, if it succeeds: [..., A]."""
     if tables.packed is None:
-        return namespace(tables.coordinates).moveaxis(tables.successor[who][:, here], 0, -1)
+        after = entries(tables.successor[who], (slice(None), here))
+        return namespace(tables.coordinates).moveaxis(after, 0, -1)
     return state_of(tables.packed, moved(tables.packed, who, cells_of(tables.packed, here)))
 
 
 def successor(tables: Tables, who: int, act: Array, here: Array) -> Array:
     """The arrangement after one action of a character, if it succeeds: [...]."""
     if tables.packed is None:
-        return tables.successor[who][act, here]
+        return entries(tables.successor[who], (act, here))
     xp, after = namespace(tables.coordinates), successors(tables, who, here)
     act = xp.broadcast_to(xp.asarray(act), after.shape[:-1])
     return xp.take_along_axis(after, act[..., None], axis=-1)[..., 0]

@@ -35,6 +35,7 @@ from i2pdsl.worlds.grid.arrays import (
     at_goal,
     cell_of,
     continued,
+    entries,
     namespace,
 )
 from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
@@ -44,6 +45,7 @@ from i2pdsl.worlds.world import Branches, ByProblem
 Array = Any
 
 MANY = 256  # places: from so many on they are looked for among each other first
+AT_ONCE = 8192  # values of an action that are computed side by side: more do not fit the cache
 
 
 def action_values(tables: Tables, who: int, state: Array) -> Array:
@@ -129,31 +131,66 @@ def _joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
 def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
     if tables.policies is not None:
-        return tables.policies[who][state]
+        return entries(tables.policies[who], state)
     return _by_hypothesis(tables, who, _log_softmax(tables, who, state))
 
 
 def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s) of every planning problem: [..., A, P]."""
     xp = namespace(tables.coordinates)
+    if xp is np:
+        each = (_choices(tables, who, some) for some in _few(tables, who, state))
+        found = np.concatenate([scaled - total for scaled, total in each], axis=1)
+        return np.moveaxis(found, 0, 1).reshape(*state.shape, *found.shape[::2])
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
     return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
 
 
+def _few(tables: Tables, who: int, every: np.ndarray) -> list[np.ndarray]:
+    """States, or what belongs to them, [...], as parts [n] that are small enough to be computed in
+    the cache."""
+    flat, size = every.reshape(-1), max(1, AT_ONCE // max(1, len(tables.sharpness[who])))
+    return [flat[first : first + size] for first in range(0, len(flat), size)] or [flat]
+
+
+def _choices(tables: Tables, who: int, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """beta Q(s, a) of every planning problem but for what all actions share, [A, n, P], and the log
+    of the sum of their exponentials, [n, P]. With the actions in front NumPy sums fastest."""
+    plain = tables.against is None and tables.layer is None
+    if plain and tables.packed is None and tables.terms is None:
+        p, gamma, beta = tables.success[who], tables.gamma, tables.sharpness[who]
+        scaled = tables.continuation[who][tables.successor[who][:, state]]
+        if p < 1:
+            scaled = p * scaled + (1 - p) * scaled[STAY]
+        scaled *= gamma * beta
+        scaled += tables.cost[: len(scaled), None, None] * beta
+    else:
+        scaled = np.moveaxis(action_values(tables, who, state), -2, 0) * tables.sharpness[who]
+    scaled -= scaled.max(0)
+    return scaled, np.log(np.exp(scaled).sum(0))
+
+
 def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     """log P(act | s, H), [..., O, H]."""
     xp = namespace(tables.coordinates)
-    if xp is not np or state.ndim != 1 or len(state) < MANY:
+    if xp is not np:
         policy = _log_softmax(tables, who, state)
         taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
         return _by_hypothesis(tables, who, taken)
     # Many scripts come by the same places, and do the same there.
     count = action_count(tables, who)
-    places, which = np.unique(state.astype(np.int64) * count + act, return_inverse=True)
-    policy = _log_softmax(tables, who, (places // count).astype(state.dtype))
-    taken = np.take_along_axis(policy, (places % count)[:, None, None], axis=1)[:, 0]
-    return _by_hypothesis(tables, who, taken)[which]
+    pairs = (state.astype(np.int64) * count + act).reshape(-1)
+    which: Any = None
+    if len(pairs) >= MANY:
+        pairs, which = np.unique(pairs, return_inverse=True)
+    found = []
+    for some in _few(tables, who, pairs):
+        scaled, total = _choices(tables, who, (some // count).astype(state.dtype))
+        found.append(scaled[some % count, np.arange(len(some))] - total)
+    rows = _by_hypothesis(tables, who, np.concatenate(found))
+    rows = rows if which is None else rows.take(which, axis=0)
+    return rows.reshape(*state.shape, *rows.shape[1:])
 
 
 def _with_irrational(tables: Tables, who: int, log_probability: Array) -> Array:
@@ -315,8 +352,12 @@ def drops(tables: Tables, moves: Moves, state: Array) -> tuple[Array, Array]:
 
 def transition(tables: Tables, moves: Moves, state: Array, action: Array) -> Array:
     """The state after an action of the story (chance outcomes are part of the action)."""
+    return _transition(tables, moves, state, action, steps(tables, moves, state, action)[1])
+
+
+def _transition(tables: Tables, moves: Moves, state: Array, action: Array, after: Array) -> Array:
+    """`transition`, given the arrangement after a turn."""
     xp = namespace(tables.coordinates)
-    _, after = steps(tables, moves, state, action)
     if tables.layer is not None:
         after = _later(tables, moves, state, after[..., None])[..., 0]
     if not moves.events:
@@ -331,10 +372,13 @@ class Step(NamedTuple):
     """What one character does in a frame.
 
     Attributes:
+        act, success: its action, and whether it succeeds.
         before, after: the arrangements just before and after its action.
         would: whether its action is one that could move it.
     """
 
+    act: Array
+    success: Array
     before: Array
     after: Array
     would: Array
@@ -351,7 +395,8 @@ def steps(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[li
     for who, (act, success) in enumerate(chosen):
         before = found[-1].after if found else here
         moved = successor(tables, who, act, before)
-        found.append(Step(before, xp.where(success, moved, before), moved != before))
+        after = xp.where(success, moved, before)
+        found.append(Step(act, success, before, after, moved != before))
     return found, found[-1].after
 
 
@@ -368,17 +413,17 @@ def _steps_together(
     waits = first == here
     would = (one(act, here) != here) | (one(act, second) != second)
     return [
-        Step(xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
-        Step(first, xp.where(waits, second, in_order), two(act2, first) != first),
+        Step(act, success, xp.where(waits, second, here), xp.where(waits, in_turn, first), would),
+        Step(act2, success2, first, xp.where(waits, second, in_order), two(act2, first) != first),
     ], xp.where(waits, in_turn, in_order)
 
 
-def chosen_at(tables: Tables, moves: Moves, state: Array, action: Array) -> list[Array]:
-    """The state that each character sees as it chooses."""
+def chosen_at(tables: Tables, moves: Moves, state: Array, done: list[Step]) -> list[Array]:
+    """The state that each character sees as it chooses what it does in a turn."""
     if moves.together:
         return [state, state]
     frame = state - arrangement(tables, state)
-    return [step.before + frame for step in steps(tables, moves, state, action)[0]]
+    return [step.before + frame for step in done]
 
 
 def in_frame(frame: Array, place: Array) -> Array:
@@ -389,41 +434,57 @@ def in_frame(frame: Array, place: Array) -> Array:
 
 def decode(moves: Moves, who: int, action: Array, xp: Any) -> tuple[Array, Array]:
     """A character's action in a turn, and whether it succeeded; an event reads as staying."""
-    own = action // math.prod(moves.counts[who + 1 :]) % moves.counts[who]
-    outcomes = moves.outcomes[who]
-    is_turn = action < moves.turn_count
-    own = xp.where(is_turn, own, STAY)
-    acts = xp.asarray([a for a, _ in outcomes])
-    return acts[own], xp.asarray([ok for _, ok in outcomes])[own]
+    number = xp.minimum(action, moves.turn_count)
+    act, success = (entries(xp.asarray(each), number) for each in moves.turns[who])
+    return act, success
 
 
-def log_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
+def outcome(
+    tables: Tables, moves: Moves, state: Array, action: Array
+) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+    """`transition`, `log_rows` and `best_rows`."""
+    done, end = steps(tables, moves, state, action)
+    seen = (tables, moves, state, action)
+    return _transition(*seen, end), log_rows(*seen, done), best_rows(*seen, done)
+
+
+def log_rows(
+    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+) -> tuple[Array, ...]:
     """log P(observed action | H) for each character in the order of acting: [..., O, H] each.
 
     An event is expected by nobody and explained by nothing: its rows are 0.
+
+    Args:
+        done: what each of them does, where that is known.
     """
     xp = namespace(tables.coordinates)
-    states = chosen_at(tables, moves, state, action)
+    done = done or steps(tables, moves, state, action)[0]
+    states = chosen_at(tables, moves, state, done)
     rows = []
-    for who in range(len(moves.weak)):
-        act, _ = decode(moves, who, action, xp)
+    for who, step in enumerate(done):
         if tables.policies is not None:
-            row = tables.policies[who][states[who], act]
+            row = entries(tables.policies[who], (states[who], step.act))
         else:
-            row = _log_taken(tables, who, states[who], act)
-        rows.append(xp.where((action < moves.turn_count)[..., None, None], row, 0.0))
+            row = _log_taken(tables, who, states[who], step.act)
+        if moves.events or xp is not np:
+            row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
+        rows.append(row)
     return tuple(rows)
 
 
-def best_rows(tables: Tables, moves: Moves, state: Array, action: Array) -> tuple[Array, ...]:
-    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event."""
+def best_rows(
+    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+) -> tuple[Array, ...]:
+    """max_a log P(a | H) of each character where it acts: [..., O, H] each; 0 in an event. `done`
+    as for `log_rows`."""
     xp = namespace(tables.coordinates)
-    states = chosen_at(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, done or steps(tables, moves, state, action)[0])
     is_turn = (action < moves.turn_count)[..., None, None]
     rows = []
     for who in range(len(moves.weak)):
         if tables.policies is not None:
-            row = xp.max(tables.policies[who][states[who]], axis=-3)
+            row = xp.max(entries(tables.policies[who], states[who]), axis=-3)
         else:
             best = xp.max(_log_softmax(tables, who, states[who]), axis=-2)
             row = _by_hypothesis(tables, who, best)
@@ -436,11 +497,6 @@ def alternatives(
 ) -> tuple[tuple[Array, Array], ...]:
     """log P(a | H) of all that each character could do where it acts, [..., A, O, H], and what it
     did, [...]."""
-    states = chosen_at(tables, moves, state, action)
-    return tuple(
-        (
-            log_policy(tables, who, states[who]),
-            decode(moves, who, action, namespace(tables.coordinates))[0],
-        )
-        for who in range(len(moves.weak))
-    )
+    done, _ = steps(tables, moves, state, action)
+    states = chosen_at(tables, moves, state, done)
+    return tuple((log_policy(tables, who, states[who]), step.act) for who, step in enumerate(done))

@@ -215,9 +215,7 @@ class GridWorld:
     def outcome(
         self, tables: Tables, state: Array, action: Array
     ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
-        after = self.transition(tables, state, action)
-        seen = (tables, state, action, after)
-        return after, self.log_rows(*seen), self.best_rows(*seen)
+        return model.outcome(tables, self.moves, state, action)
 
     def is_observed(self, action: Array) -> Array:
         return action < self.moves.turn_count
