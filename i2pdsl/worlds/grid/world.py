@@ -108,7 +108,7 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        return with_policies(on_device(padded(self.tables)))
+        return with_policies(on_device(padded(self.tables)), state_count(self.tables))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
@@ -353,9 +353,13 @@ class GridWorld:
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
-def with_policies(tables: Tables) -> Tables:
+def with_policies(tables: Tables, count: int) -> Tables:
     """The tables of a search with all policies, which it looks up far more often than there are
-    states; as they are where that takes too much memory."""
+    states; as they are where that takes too much memory.
+
+    Args:
+        count: how many states there are in fact.
+    """
     from i2pdsl.programs import compiled_program
 
     if tables.packed is not None:
@@ -368,17 +372,25 @@ def with_policies(tables: Tables) -> Tables:
     if 4 * states * sum(sizes) > MOST_POLICY_BYTES:
         return tables
 
-    def tabulated(tables: Tables) -> tuple[Array, ...]:
-        import jax
+    def tabulated(tables: Tables, parts: Array) -> tuple[Array, ...]:
+        from jax import lax, numpy
 
-        every = jax.numpy.arange(states, dtype=np.int32).reshape(-1, POLICIES_AT_ONCE)
-        some = lambda who: lambda state: model.log_policy(tables, who, state)
-        found = (jax.lax.map(some(who), every) for who in range(len(sizes)))
-        return tuple(table.reshape(states, *table.shape[2:]) for table in found)
+        def policies(who: int) -> Array:
+            def with_part(part: Array, table: Array) -> Array:
+                first = part * POLICIES_AT_ONCE
+                some = first + numpy.arange(POLICIES_AT_ONCE, dtype=np.int32)
+                policy = model.log_policy(tables, who, some)
+                return lax.dynamic_update_slice_in_dim(table, policy, first, axis=0)
+
+            shape = (states, len(tables.successor[who]), *tables.columns[who].shape)
+            return lax.fori_loop(0, parts, with_part, numpy.zeros(shape, tables.gamma.dtype))
+
+        return tuple(map(policies, range(len(sizes))))
 
     brief = states * sum(sizes) < FEW_POLICIES
-    program = compiled_program(("policies",), tabulated, (tables,), (0,) * len(sizes), brief=brief)
-    return tables._replace(policies=program.run(tables))
+    given = (tables, np.int32(-(-count // POLICIES_AT_ONCE)))
+    program = compiled_program(("policies",), tabulated, given, (0,) * len(sizes), brief=brief)
+    return tables._replace(policies=program.run(*given))
 
 
 def build_world(
