@@ -82,7 +82,9 @@ def measure(name: str, length: int, count: int, scripts: int, folder: Path, memo
     from i2pdsl.worlds.world import on_device
 
     states = len(world.dynamics.cells)
-    ours_made = lambda: jax.block_until_ready(with_policies(on_device(padded(world.tables)), states))
+    ours_made = lambda: jax.block_until_ready(
+        with_policies(on_device(padded(world.tables)), states)
+    )
     with computing():
         clocks[OURS] = clocked({OURS: ours_made}, 1)[OURS]
     report.add_all("tables for beliefs and search", clocks)

@@ -29,6 +29,7 @@ from i2pdsl.worlds.grid.arrays import (
 )
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
 from i2pdsl.worlds.grid.holdings import holdings_of, problems_in_space, space_and_rows
+from i2pdsl.worlds.grid.known import Known
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.parts import part_of
@@ -190,7 +191,14 @@ class GridWorld:
     def log_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
-        return model.log_rows(tables, self.moves, state, action)
+        known = self._known if tables is self.tables else ()
+        return model.log_rows(tables, self.moves, state, action, known=known)
+
+    @cached_property
+    def _known(self) -> tuple[Known, ...]:
+        if not self.lists_states or not self.lists_hypotheses or self.tables.terms is not None:
+            return ()
+        return tuple(Known(self.tables, who) for who in range(len(self.moves.weak)))
 
     def best_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
