@@ -21,8 +21,9 @@ lowest; then, for events, `turn_count` + e * slots + cell.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,9 @@ from i2pdsl.worlds.grid.arrays import (
 from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
 from i2pdsl.worlds.grid.spec import STAY
 from i2pdsl.worlds.world import Branches, ByProblem
+
+if TYPE_CHECKING:
+    from i2pdsl.worlds.grid.known import Known
 
 Array = Any
 
@@ -132,10 +136,10 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
     if tables.policies is not None:
         return entries(tables.policies[who], state)
-    return _by_hypothesis(tables, who, _log_softmax(tables, who, state))
+    return _by_hypothesis(tables, who, log_softmax(tables, who, state))
 
 
-def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
+def log_softmax(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s) of every planning problem: [..., A, P]."""
     xp = namespace(tables.coordinates)
     if xp is np:
@@ -175,7 +179,7 @@ def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     """log P(act | s, H), [..., O, H]."""
     xp = namespace(tables.coordinates)
     if xp is not np:
-        policy = _log_softmax(tables, who, state)
+        policy = log_softmax(tables, who, state)
         taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
         return _by_hypothesis(tables, who, taken)
     # Many scripts come by the same places, and do the same there.
@@ -256,7 +260,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         if moves.weak[who]:
             row = row[..., chosen, :, :]
         if tables.by_problem:
-            known = _with_irrational(tables, who, _log_softmax(tables, who, seen))
+            known = _with_irrational(tables, who, log_softmax(tables, who, seen))
             known = of_outcomes(known)[..., chosen, :]
             problems.append(ByProblem(placed(known, 1), tables.by_problem[who]))
         moved = of_outcomes(landed != place[..., None])
@@ -449,7 +453,12 @@ def outcome(
 
 
 def log_rows(
-    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+    tables: Tables,
+    moves: Moves,
+    state: Array,
+    action: Array,
+    done: list[Step] | None = None,
+    known: Sequence[Known] = (),
 ) -> tuple[Array, ...]:
     """log P(observed action | H) for each character in the order of acting: [..., O, H] each.
 
@@ -457,6 +466,7 @@ def log_rows(
 
     Args:
         done: what each of them does, where that is known.
+        known: what was expected of each of them before, if it is kept.
     """
     xp = namespace(tables.coordinates)
     done = done or steps(tables, moves, state, action)[0]
@@ -466,7 +476,11 @@ def log_rows(
         if tables.policies is not None:
             row = entries(tables.policies[who], (states[who], step.act))
         else:
-            row = _log_taken(tables, who, states[who], step.act)
+            found = known[who].taken(states[who], step.act) if known else None
+            if found is None:
+                row = _log_taken(tables, who, states[who], step.act)
+            else:
+                row = _by_hypothesis(tables, who, found)
         if moves.events or xp is not np:
             row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
         rows.append(row)
@@ -486,7 +500,7 @@ def best_rows(
         if tables.policies is not None:
             row = xp.max(entries(tables.policies[who], states[who]), axis=-3)
         else:
-            best = xp.max(_log_softmax(tables, who, states[who]), axis=-2)
+            best = xp.max(log_softmax(tables, who, states[who]), axis=-2)
             row = _by_hypothesis(tables, who, best)
         rows.append(xp.where(is_turn, row, 0.0))
     return tuple(rows)
