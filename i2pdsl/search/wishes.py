@@ -23,8 +23,9 @@ def wishes_of(
     """What a script reaches of each wish of its story, and what it could; and whether all searches
     came to their end. Ctrl-C ends them early, and the rest of what is possible is unknown.
 
-    All searches together take as long as the story's own, or PATIENCE if that is less. There is none where a story has one wish
-    and nothing beside it: what was found is then all that is known to be possible.
+    All searches together take as long as the story's own, or PATIENCE if that is less. There is
+    none where a story has one wish and nothing beside it: what was found is then all that is known
+    to be possible.
 
     Args:
         search: None where nobody looks for what is possible.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 
@@ -42,7 +44,7 @@ def around(
     world: GridWorld,
     viewers: tuple[Viewer, ...],
     paths: Sequence[Trajectory],
-    say: Callable[[str], None] | None = None,
+    watch: Watch | None = None,
 ) -> tuple[GridWorld, list[Trajectory]] | None:
     """The part of an additive world around some scripts, planned exactly, and the scripts in its
     numbers; None where that takes too long, or too much memory."""
@@ -57,12 +59,13 @@ def around(
         return None
     states = arrangements(spec, dynamics, placed)
     part, numbers = cut_out(spec, dynamics, world.tables, states)
-    plans = {}
+    plans, watch = {}, watch or Watch()
     for viewer in viewers:
         key = viewer.spec.planning_key
         if key not in plans:
-            plan = planned(viewer.spec, dynamics, say=say)
-            plans[key] = solve_around(viewer.spec, dynamics, plan, part, numbers, len(states), say)
+            plan = planned(viewer.spec, dynamics, say=watch.say)
+            given = viewer.spec, dynamics, plan, part, numbers, len(states)
+            plans[key] = solve_around(*given, watch)
     found = assemble(spec, part, viewers, [plans[v.spec.planning_key] for v in viewers])
     return found, [replace(p, states=np.searchsorted(states, p.states)) for p in paths]
 
@@ -148,7 +151,7 @@ def solve_around(
     part: Dynamics,
     numbers: np.ndarray,
     inside: int,
-    say: Callable[[str], None] | None = None,
+    watch: Watch,
 ) -> Plan:
     """The exact plan of a part of a world, given additive values where it ends.
 
@@ -166,7 +169,7 @@ def solve_around(
     tables = rules._replace(continuation=plan.continuation, terms=plan.terms)
     name, mark = f"around-{spec.planning_key}", _mark(plan, numbers, inside)
     shapes = {f"continuation_{i}": (len(numbers), len(k)) for i, k in enumerate(plan.keys)}
-    kept = _kept(name, mark, shapes, say)
+    kept = _kept(name, mark, shapes, watch.say)
     known = kept and rules_of(spec, part, plan.keys, frames=False)._replace(continuation=kept)
     found: dict[int, np.ndarray] = {}
     residuals = []
@@ -176,12 +179,20 @@ def solve_around(
         if known:
             start[:inside] = model.action_values(known, who, np.arange(inside)).max(-2)
         tolerance = EXACT * (1 - spec.settings.gamma)
-        solution = solve(problem, tolerance=tolerance, forgiven=FORGIVEN, start=start, say=say)
+        report = watch.planning and partial(watch.planning, spec.characters[who].name)
+        solution = solve(
+            problem,
+            tolerance=tolerance,
+            forgiven=FORGIVEN,
+            start=start,
+            progress=report,
+            say=watch.say,
+        )
         found[who] = solution.continuation
         residuals.append(solution.residual)
     values = tuple(found[who] for who in range(len(plan.keys)))
     if not known:
-        store.save(name, {"mark": mark, **dict(zip(shapes, values, strict=True))}, say)
+        store.save(name, {"mark": mark, **dict(zip(shapes, values, strict=True))}, watch.say)
     return Plan(plan.keys, values, max(residuals), float("nan"))
 
 
@@ -189,7 +200,7 @@ def _mark(plan: Plan, numbers: np.ndarray, inside: int) -> np.ndarray:
     """What a part is, and by which additive values it ends."""
     found = hashlib.sha256(f"{plan.keys}{inside}{numbers.dtype}".encode())
     for array in (numbers, *(each for terms in plan.terms or () for each in terms)):
-        found.update(np.ascontiguousarray(array))
+        found.update(np.ascontiguousarray(array).tobytes())
     return np.frombuffer(found.digest(), np.uint8)
 
 
@@ -202,7 +213,7 @@ def _kept(
     """The values that the cache holds of a part, if it holds that part's."""
     size = sum(8 * states * problems for states, problems in shapes.values())
     found = store.load(name, say, size + 2**16)
-    if found is None or not np.array_equal(found.pop("mark", None), mark):
+    if found is None or not np.array_equal(found.pop("mark", np.zeros(0)), mark):
         return None
     right = all(
         key in found and found[key].shape == shape and np.isfinite(found[key]).all()
