@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.filter import share_after
+from i2pdsl.audience.filter import share_after, spread_of
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.belief import Belief, first_belief
@@ -146,14 +146,15 @@ def _as_shares(
     gets too small for a double, and it takes a third of the time."""
     parts = _begun(world, seen, len(rows) if within else 0)
     beliefs, expecting, likelihoods, _ = parts
-    forgetting, everywhere = world.forgetting(world.tables), seen.all()
+    spread = spread_of(world.forgetting(world.tables), beliefs.shape[-1])
+    everywhere = seen.all()
     likely = [np.exp(row - row.max(-1, keepdims=True)) for row in rows]
     share = np.exp(beliefs[0])
     for t, happens in enumerate(seen[..., None, None], 1):
         for u, row in enumerate(rows):
             if within:
                 likelihoods[t, :, u], expecting[t, :, u] = row[t - 1], share
-            after = share_after(share, likely[u][t - 1], forgetting)
+            after = share_after(share, likely[u][t - 1], spread)
             share = after if everywhere else np.where(happens, after, share)
         beliefs[t + 1] = share
     with np.errstate(divide="ignore"):
