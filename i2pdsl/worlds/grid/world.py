@@ -109,7 +109,10 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        return with_policies(on_device(padded(self.tables)), state_count(self.tables))
+        tables = with_policies(on_device(padded(self.tables)), state_count(self.tables))
+        if tables.policies is not None or not self.lists_hypotheses:
+            return tables
+        return tables._replace(by_problem=on_device(by_problem(self.tables)))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
@@ -359,6 +362,15 @@ class GridWorld:
         there: np.ndarray = (cells[..., given] == np.array(placed, dtype=int)[given]).all(-1)
         marks = cells[..., first : first + len(self.spec.marks)]
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
+
+
+def by_problem(tables: Tables) -> tuple[np.ndarray, ...]:
+    """For each character the hypotheses of each of its problems, one-hot [O, P + 1, H]."""
+    problems = (np.arange(len(beta) + 1) for beta in tables.sharpness)
+    return tuple(
+        (column[:, None] == each[:, None]).astype(float)
+        for column, each in zip(tables.columns, problems, strict=True)
+    )
 
 
 def with_policies(tables: Tables, count: int) -> Tables:
