@@ -109,7 +109,9 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        tables = with_policies(on_device(padded(self.tables)), state_count(self.tables))
+        tables = on_device(padded(self.tables))
+        if self.lists_states:
+            tables = with_policies(tables, state_count(self.tables))
         if tables.policies is not None or not self.lists_hypotheses:
             return tables
         return tables._replace(by_problem=on_device(by_problem(self.tables)))
@@ -375,15 +377,13 @@ def by_problem(tables: Tables) -> tuple[np.ndarray, ...]:
 
 def with_policies(tables: Tables, count: int) -> Tables:
     """The tables of a search with all policies, which it looks up far more often than there are
-    states; as they are where that takes too much memory.
+    listed states; as they are where that takes too much memory.
 
     Args:
         count: how many states there are in fact.
     """
     from i2pdsl.programs import compiled_program
 
-    if tables.packed is not None:
-        return tables
     states = state_count(tables)
     sizes = [
         len(after) * column.size
