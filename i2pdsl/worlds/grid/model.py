@@ -41,7 +41,7 @@ from i2pdsl.worlds.grid.arrays import (
 )
 from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
 from i2pdsl.worlds.grid.spec import STAY
-from i2pdsl.worlds.world import Branches
+from i2pdsl.worlds.world import Branches, ByProblem
 
 if TYPE_CHECKING:
     from i2pdsl.worlds.grid.known import Known
@@ -197,12 +197,18 @@ def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     return rows.reshape(*state.shape, *rows.shape[1:])
 
 
-def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
-    """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
+def _with_irrational(tables: Tables, who: int, log_probability: Array) -> Array:
+    """What is known of each planning problem, [..., P], and of who acts at random: [..., P + 1]."""
     xp = namespace(tables.coordinates)
     count = action_count(tables, who)
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
-    every = xp.concatenate([log_probability, irrational], axis=-1)
+    return xp.concatenate([log_probability, irrational], axis=-1)
+
+
+def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
+    """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
+    xp = namespace(tables.coordinates)
+    every = _with_irrational(tables, who, log_probability)
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
     return xp.take(every, tables.columns[who], axis=-1, mode="clip")
 
@@ -229,6 +235,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     place = here
     effects: list[list[int]] = []
     rows: list[Array] = []
+    problems: list[ByProblem] = []
     valid: Array = True
     chance: Array = 1.0
 
@@ -249,8 +256,13 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
         row = of_outcomes(log_policy(tables, who, seen))
+        chosen = [a for a, _ in outcomes]
         if moves.weak[who]:
-            row = row[..., [a for a, _ in outcomes], :, :]
+            row = row[..., chosen, :, :]
+        if tables.by_problem:
+            known = _with_irrational(tables, who, log_softmax(tables, who, seen))
+            known = of_outcomes(known)[..., chosen, :]
+            problems.append(ByProblem(placed(known, 1), tables.by_problem[who]))
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
@@ -265,6 +277,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         xp.broadcast_to(valid, end.shape).reshape(shape),
         tuple(rows),
         xp.broadcast_to(chance, end.shape).reshape(shape),
+        tuple(problems),
     )
 
 

@@ -109,7 +109,12 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        return with_policies(on_device(padded(self.tables)), state_count(self.tables))
+        tables = on_device(padded(self.tables))
+        if self.lists_states:
+            tables = with_policies(tables, state_count(self.tables))
+        if tables.policies is not None or not self.lists_hypotheses:
+            return tables
+        return tables._replace(by_problem=on_device(by_problem(self.tables)))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
@@ -361,17 +366,24 @@ class GridWorld:
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
+def by_problem(tables: Tables) -> tuple[np.ndarray, ...]:
+    """For each character the hypotheses of each of its problems, one-hot [O, P + 1, H]."""
+    problems = (np.arange(len(beta) + 1) for beta in tables.sharpness)
+    return tuple(
+        (column[:, None] == each[:, None]).astype(float)
+        for column, each in zip(tables.columns, problems, strict=True)
+    )
+
+
 def with_policies(tables: Tables, count: int) -> Tables:
     """The tables of a search with all policies, which it looks up far more often than there are
-    states; as they are where that takes too much memory.
+    listed states; as they are where that takes too much memory.
 
     Args:
         count: how many states there are in fact.
     """
     from i2pdsl.programs import compiled_program
 
-    if tables.packed is not None:
-        return tables
     states = state_count(tables)
     sizes = [
         len(after) * column.size
