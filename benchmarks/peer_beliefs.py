@@ -50,7 +50,7 @@ def beliefs(report: Report, given: Given, policies: Any, small: bool) -> dict[st
     clocks = clocked(works, 5)
     report.add_all(f"beliefs, {count:,} scripts", clocks)
     new = clocked({OURS: partial(asked_first, given)}, 5)[OURS]
-    work = f"beliefs, {count:,} scripts, asked for the first time"
+    work = f"beliefs, {count:,} scripts, first asked"
     report.add(work, OURS, new.times, "places' policies are not known yet")
     many = {who: np.asarray(clock.result) for who, clock in clocks.items()}
     _check_beliefs(report, f"{count:,} scripts", many)

@@ -6,7 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import LEAST, Switching, share_after, update, updated_share
+from i2pdsl.audience.filter import (
+    LEAST,
+    Switching,
+    share_after,
+    spread_of,
+    update,
+    updated_share,
+)
 from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language.story import default_assumption
@@ -90,7 +97,7 @@ class Belief(NamedTuple):
             xp = self.share.__array_namespace__()
             each = xp.exp(xp.maximum(known.log_rows, LEAST))
             likely = _of_each(lambda _, them: each @ them, known.hypotheses)
-            share = share_after(self.share, likely, forgetting)
+            share = share_after(self.share, likely, spread_of(forgetting, self.share.shape[-1]))
         return Belief(share.__array_namespace__().log(share), share)
 
     def regret(

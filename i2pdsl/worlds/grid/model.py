@@ -471,6 +471,7 @@ def log_rows(
     xp = namespace(tables.coordinates)
     done = done or steps(tables, moves, state, action)[0]
     states = chosen_at(tables, moves, state, done)
+    is_turn = action < moves.turn_count
     rows = []
     for who, step in enumerate(done):
         if tables.policies is not None:
@@ -481,8 +482,8 @@ def log_rows(
                 row = _log_taken(tables, who, states[who], step.act)
             else:
                 row = _by_hypothesis(tables, who, found)
-        if moves.events or xp is not np:
-            row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
+        if xp is not np or not is_turn.all():
+            row = xp.where(is_turn[..., None, None], row, 0.0)
         rows.append(row)
     return tuple(rows)
 
