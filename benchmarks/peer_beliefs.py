@@ -49,9 +49,20 @@ def beliefs(report: Report, given: Given, policies: Any, small: bool) -> dict[st
     }
     clocks = clocked(works, 5)
     report.add_all(f"beliefs, {count:,} scripts", clocks)
+    new = clocked({OURS: partial(asked_first, given)}, 5)[OURS]
+    work = f"beliefs, {count:,} scripts, first asked"
+    report.add(work, OURS, new.times, "places' policies are not known yet")
     many = {who: np.asarray(clock.result) for who, clock in clocks.items()}
     _check_beliefs(report, f"{count:,} scripts", many)
     return {"one": found[OURS], "many": many[OURS]}
+
+
+def asked_first(given: Given) -> None:
+    """Ours, in a world of which nobody has asked anything."""
+    import i2pdsl
+
+    given.world.__dict__.pop("_known", None)  # what it keeps of where scripts passed
+    i2pdsl.query(given.scripts, QUESTION)
 
 
 def believed_plainly(world: Any, given: Given, script: Any) -> list[float]:

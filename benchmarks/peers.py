@@ -81,7 +81,10 @@ def measure(name: str, length: int, count: int, scripts: int, folder: Path, memo
     from i2pdsl.worlds.grid.world import with_policies
     from i2pdsl.worlds.world import on_device
 
-    ours_made = lambda: jax.block_until_ready(with_policies(on_device(padded(world.tables))))
+    states = len(world.dynamics.cells)
+    ours_made = lambda: jax.block_until_ready(
+        with_policies(on_device(padded(world.tables)), states)
+    )
     with computing():
         clocks[OURS] = clocked({OURS: ours_made}, 1)[OURS]
     report.add_all("tables for beliefs and search", clocks)

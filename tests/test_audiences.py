@@ -19,7 +19,7 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.frame import observe
 from i2pdsl.objective.panel import panel
 from i2pdsl.objective.replay import evaluate, replay
@@ -28,7 +28,7 @@ from i2pdsl.render.pictures import pictures_of
 from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.scripts import Script, script_of
 from i2pdsl.worlds.grid.planning import solve
-from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.grid.world import GridWorld, assemble, by_problem
 from i2pdsl.worlds.ready import viewers_of
 from worlds_for_tests import Pair, small_kitchen
 
@@ -220,7 +220,8 @@ def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
         shares = np.exp(logs)
         for _ in range(30):
             row = np.log(random.uniform(size=(2, 5))) * random.choice([1, 20])
-            logs, shares = update(logs, row, forgetting), updated_share(shares, row, forgetting)
+            logs = update(logs, row, forgetting)
+            shares = updated_share(shares, row, forgetting)
             np.testing.assert_allclose(shares, np.exp(logs), rtol=1e-9, atol=1e-15)
             for form, about in (
                 (queries.probability, event),
@@ -231,6 +232,28 @@ def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
                 np.testing.assert_allclose(form(logs, about, mask, shares), exactly, rtol=1e-9)
             found = queries.entropy(logs, None, mask, shares)
             assert found == pytest.approx(queries.entropy(logs, None, mask), abs=1e-12)
+
+
+def test_what_is_known_by_problems_is_what_is_known_by_hypotheses() -> None:
+    """The search's way to update beliefs where it has no table of policies."""
+    _, world = told("sum_t P(rho > 0 | script[:t])")
+    tables = world.tables._replace(by_problem=by_problem(world.tables))
+    prior = world.log_prior(tables)
+    turns = world.turns(tables, np.arange(0, world.dynamics.state_count, 5))
+    lifted = prior[:, *(None,) * 3].swapaxes(0, 3)  # [1, 1, 1, O, H]
+    belief = Belief(lifted, np.exp(lifted))
+    for who, (row, known) in enumerate(zip(turns.log_rows, turns.problems, strict=True)):
+        each = np.einsum("...q,oqh->...oh", known.log_rows, known.hypotheses)
+        np.testing.assert_allclose(each, row)
+        with np.errstate(divide="ignore"):  # the insider knows some hypotheses to be false
+            one, other = (belief.seeing(world, tables, who, row, by) for by in (None, known))
+        np.testing.assert_allclose(other.share, one.share, rtol=1e-12)
+        lacks = row.max(who + 1, keepdims=True) - row
+        less = known._replace(log_rows=known.log_rows.max(who + 1, keepdims=True) - known.log_rows)
+        odd = one.regret(world, tables, who, lacks)
+        np.testing.assert_allclose(one.regret(world, tables, who, lacks, less), odd, rtol=1e-9)
+        assert np.ptp(odd) > 0.1
+        belief = one
 
 
 def test_the_panel_changes_all_audiences_alike_and_leaves_what_they_know() -> None:

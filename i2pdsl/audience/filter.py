@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 Array = Any
+Spread = tuple[Array, Array]
 
 LEAST = -60.0  # log of a likelihood which, times a belief, is not 0 in single precision
 
@@ -100,13 +101,13 @@ def updated_share(share: Array, log_likelihood: Array, forgetting: Array) -> Arr
     In single precision: what is less likely than LEAST is taken to be so likely.
     """
     xp = share.__array_namespace__()
-    return share_after(share, xp.exp(xp.maximum(log_likelihood, LEAST)), forgetting)
+    likelihood = xp.exp(xp.maximum(log_likelihood, LEAST))
+    return share_after(share, likelihood, spread_of(forgetting, share.shape[-1]))
 
 
-def share_after(share: Array, likelihood: Array, forgetting: Array) -> Array:
+def share_after(share: Array, likelihood: Array, spread: Spread | None) -> Array:
     """`updated_share` by likelihoods, [..., O, H], which may all be so many times as large."""
     joint = share * likelihood
-    spread = _spread(share.__array_namespace__(), forgetting, share.shape[-1])
     belief = joint / summed(joint)[..., None]
     if spread is None:
         return belief
@@ -126,7 +127,7 @@ def _after_chain(
 ) -> Array:
     """`later`, of a belief that is known both ways."""
     xp = log_belief.__array_namespace__()
-    spread = _spread(xp, forgetting, log_belief.shape[-1])
+    spread = spread_of(forgetting, log_belief.shape[-1])
     if spread is not None:
         each, share = spread
         mixed = share + (1 - each - share) * belief
@@ -146,7 +147,7 @@ def earlier(log_message: Array, forgetting: Array, switching: Switching | None =
     if switching is not None:
         drawn = _of_groups(log_message + switching.log_prior, switching)
         log_message = _mixed(xp, switching.share, log_message, drawn)
-    spread = _spread(xp, forgetting, log_message.shape[-1])
+    spread = spread_of(forgetting, log_message.shape[-1])
     if spread is None:
         return log_message
     each, share = spread
@@ -157,9 +158,10 @@ def earlier(log_message: Array, forgetting: Array, switching: Switching | None =
     return xp.where(positive, xp.log(xp.where(positive, mixed, 1.0)) + top, log_message)
 
 
-def _spread(xp: Any, forgetting: Array, hypotheses: int) -> tuple[Array, Array] | None:
+def spread_of(forgetting: Array, hypotheses: int) -> Spread | None:
     """e, and e / (N - 1), of each observer [O, 1], or under each hypothesis [O, H]; None where
     there is nothing else to believe."""
+    xp = forgetting.__array_namespace__()
     if forgetting.ndim == 1:
         each = forgetting[:, None]
         return None if hypotheses == 1 else (each, each / (hypotheses - 1))

@@ -323,7 +323,8 @@ class _Checker:
     def warn_of_particles(self, audiences: Iterable[Audience]) -> None:
         """Says that viewers hold particles, where they do without being told to."""
         words, held = self.world, [o.particles for a in audiences for o in a.observers]
-        asked = any(a.name.id == "particles" for a in self.program.of(ast.Audience))
+        names = [a.name for a in self.program.of(ast.Audience)]
+        asked = any(isinstance(name, ast.Name) and name.id == "particles" for name in names)
         if not words.counts or asked or not any(held):
             return
         whose = "viewers who know of several characters together" if words.factors else "viewers"

@@ -6,11 +6,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import Switching, update, updated_share
+from i2pdsl.audience.filter import (
+    LEAST,
+    Switching,
+    share_after,
+    spread_of,
+    update,
+    updated_share,
+)
 from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language.story import default_assumption
-from i2pdsl.worlds.world import World
+from i2pdsl.worlds.world import ByProblem, World
 
 Array = Any
 
@@ -37,12 +44,19 @@ class Belief(NamedTuple):
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
-    def seeing(self, world: World, tables: Any, u: int, row: Array) -> Belief:
-        """Once the u-th action of a frame was observed; see filter.update, holding.Way."""
+    def seeing(
+        self, world: World, tables: Any, u: int, row: Array, known: ByProblem | None = None
+    ) -> Belief:
+        """Once the u-th action of a frame was observed; see filter.update, holding.Way.
+
+        Args:
+            known: the row by problems, where it is known so.
+        """
         given = world.holdings(tables)
         listed = self
         if world.lists_hypotheses:
-            listed = self.after(row, world.forgetting(tables), world.switching(tables)[u])
+            chain = world.forgetting(tables), world.switching(tables)[u]
+            listed = self.after(row, *chain, known)
         if not self.holdings:
             return listed
         which = [o for o, each in enumerate(given) if each is not None]
@@ -67,18 +81,41 @@ class Belief(NamedTuple):
         pairs = zip(_of_tables(tables), self.holdings, strict=True)
         return self._replace(holdings=tuple(way_of(each).over(each, held) for each, held in pairs))
 
-    def after(self, row: Array, forgetting: Array, switching: Switching | None) -> Belief:
+    def after(
+        self,
+        row: Array,
+        forgetting: Array,
+        switching: Switching | None,
+        known: ByProblem | None = None,
+    ) -> Belief:
         """Once an action was observed; see filter.update."""
         if self.share is None:
             return Belief(update(self.log, row, forgetting, switching))
-        share = updated_share(self.share, row, forgetting)
+        if known is None:
+            share = updated_share(self.share, row, forgetting)
+        else:  # of some problems, not of all hypotheses
+            xp = self.share.__array_namespace__()
+            each = xp.exp(xp.maximum(known.log_rows, LEAST))
+            likely = _of_each(lambda _, them: each @ them, known.hypotheses)
+            share = share_after(self.share, likely, spread_of(forgetting, self.share.shape[-1]))
         return Belief(share.__array_namespace__().log(share), share)
 
-    def regret(self, world: World, tables: Any, u: int, regret: Array) -> Array:
+    def regret(
+        self, world: World, tables: Any, u: int, regret: Array, known: ByProblem | None = None
+    ) -> Array:
         """What is expected of max_a log P(a | H) - log P(observed | H), once that was observed and
-        where everybody is rational, [..., O]."""
+        where everybody is rational, [..., O].
+
+        Args:
+            known: the same by problems, where it is known so.
+        """
         xp = self.log.__array_namespace__()
         rational = xp.asarray(default_assumption(world.vocabulary))
+        if known is not None and self.share is not None:
+            within = xp.where(rational, self.share, 0.0)
+            of_problems = _of_each(lambda o, them: within[..., o, :] @ them.T, known.hypotheses)
+            each = (of_problems * known.log_rows[..., None, :]).sum(-1)
+            return each / of_problems.sum(-1)
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
@@ -105,6 +142,13 @@ class Belief(NamedTuple):
         parts = zip(self[:2], *(other[:2] for other in others), strict=True)
         log, share = (None if part[0] is None else change(*part) for part in parts)
         return Belief(log, share)
+
+
+def _of_each(product: Callable[[int, Array], Array], hypotheses: Array) -> Array:
+    """Products with those of each observer, [O, Q, H], side by side: [..., O, any]. Compilers make
+    more of products of matrices than of a sum over three axes."""
+    found = [product(o, hypotheses[o]) for o in range(len(hypotheses))]
+    return hypotheses.__array_namespace__().stack(found, axis=-2)
 
 
 def _log(share: Array) -> Array:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.audience.filter import share_after
+from i2pdsl.audience.filter import share_after, spread_of
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.appended import append_turns, with_suffix
 from i2pdsl.objective.belief import Belief, first_belief
@@ -99,32 +99,30 @@ def replay_all(
     else:
         followed = _as_logs(world, seen, rows, best)
     beliefs, expecting, likelihoods, odd, holdings = followed
-    script_first = lambda part: np.moveaxis(part, 1, 0)
     frames = Frame(
         number=np.broadcast_to(np.arange(length + 1), (count, length + 1)),
         before=np.concatenate([states[:, :1], before], axis=1),
         action=np.concatenate([world.no_action(states[:, :1]), actions], axis=1),
         state=states,
-        log_previous=script_first(beliefs[:-1]),
-        log_belief=script_first(beliefs[1:]),
-        log_expecting=script_first(expecting),
-        log_rows=script_first(likelihoods),
-        regret=script_first(odd),
-        holdings=tuple(each.each(script_first) for each in holdings),
+        log_previous=beliefs[:, :-1],
+        log_belief=beliefs[:, 1:],
+        log_expecting=expecting,
+        log_rows=likelihoods,
+        regret=odd,
+        holdings=holdings,
     )
     if best and world.lists_hypotheses:
-        seen_by = Belief(script_first(frames.log_afterwards[:, 1:]))
+        seen_by = Belief(frames.log_afterwards[:, 1:])
         with np.errstate(invalid="ignore"):  # of who thinks that nobody is rational: nan
-            regret_of = np.stack(best, axis=2) - likelihoods[1:]
-            odd[1:] = seen_by.regret(world, tables, 0, regret_of).sum(2)
+            regret_of = np.moveaxis(np.stack(best, axis=2), 1, 0) - likelihoods[:, 1:]
+            odd[:, 1:] = seen_by.regret(world, tables, 0, regret_of).sum(2)
     return frames
 
 
 Followed = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[Any, ...]]
-"""What is believed of N scripts of T frames, the frames in front: the beliefs before frame 0 (the
-prior) and after each, [T + 2, N, O, H], before each observation, and what each was like,
-[T + 1, N, U, O, H] each, how odd it was, [T + 1, N, O], and what is held instead of all
-hypotheses."""
+"""What is believed of N scripts of T frames: the beliefs before frame 0 (the prior) and after each,
+[N, T + 2, O, H], before each observation, and what each was like, [N, T + 1, U, O, H] each, how odd
+it was, [N, T + 1, O], and what is held instead of all hypotheses."""
 
 
 def _begun(
@@ -132,11 +130,11 @@ def _begun(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Room for all but the last; frame 0 is there."""
     (length, count), prior = seen.shape, world.log_prior(world.tables)
-    room = lambda frames, *own: np.empty((frames, count, *own, *prior.shape))
+    room = lambda frames, *own: np.empty((count, frames, *own, *prior.shape))
     beliefs, expecting = room(length + 2), room(length + 1, observations)
     likelihoods = room(length + 1, observations)
-    beliefs[:2], expecting[0], likelihoods[0] = prior, 0.0, 0.0
-    return beliefs, expecting, likelihoods, np.zeros((length + 1, count, *prior.shape[:-1]))
+    beliefs[:, :2], expecting[:, 0], likelihoods[:, 0] = prior, 0.0, 0.0
+    return beliefs, expecting, likelihoods, np.zeros((count, length + 1, *prior.shape[:-1]))
 
 
 def _as_shares(
@@ -146,18 +144,19 @@ def _as_shares(
     gets too small for a double, and it takes a third of the time."""
     parts = _begun(world, seen, len(rows) if within else 0)
     beliefs, expecting, likelihoods, _ = parts
-    forgetting, everywhere = world.forgetting(world.tables), seen.all()
+    spread = spread_of(world.forgetting(world.tables), beliefs.shape[-1])
+    everywhere = seen.all()
     likely = [np.exp(row - row.max(-1, keepdims=True)) for row in rows]
-    share = np.exp(beliefs[0])
+    share = np.exp(beliefs[:, 0])
     for t, happens in enumerate(seen[..., None, None], 1):
         for u, row in enumerate(rows):
             if within:
-                likelihoods[t, :, u], expecting[t, :, u] = row[t - 1], share
-            after = share_after(share, likely[u][t - 1], forgetting)
+                likelihoods[:, t, u], expecting[:, t, u] = row[t - 1], share
+            after = share_after(share, likely[u][t - 1], spread)
             share = after if everywhere else np.where(happens, after, share)
-        beliefs[t + 1] = share
+        beliefs[:, t + 1] = share
     with np.errstate(divide="ignore"):
-        for part in (beliefs[2:], expecting[1:]):
+        for part in (beliefs[:, 2:], expecting[:, 1:]):
             np.log(part, out=part)
     return *parts, ()
 
@@ -173,22 +172,22 @@ def _as_logs(
     start = first_belief(world, tables)
     belief = start.map(many)._replace(holdings=tuple(s.each(many) for s in start.holdings))
     holdings = [belief.holdings]
-    beliefs[:2] = belief.log
+    beliefs[:, :2] = belief.log[:, None]
     for t, happens in enumerate(seen, 1):
         belief = belief.shown(given)
         for u, row in enumerate(rows):
-            expecting[t, :, u] = belief.log
-            likelihoods[t, :, u] = belief.likely(world, tables, u, row[t - 1])
+            expecting[:, t, u] = belief.log
+            likelihoods[:, t, u] = belief.likely(world, tables, u, row[t - 1])
             if happens.any():
                 after = belief.seeing(world, tables, u, row[t - 1])
                 belief = after if happens.all() else after.where(happens, belief)
             if best and not world.lists_hypotheses:
-                odd[t] += belief.regret(world, tables, u, best[u][t - 1] - row[t - 1])
+                odd[:, t] += belief.regret(world, tables, u, best[u][t - 1] - row[t - 1])
         if belief.holdings:
             belief = belief.over(given).where(happens, belief)
         holdings.append(belief.holdings)
-        beliefs[t + 1] = belief.log
-    together = lambda *part: np.stack(part)
+        beliefs[:, t + 1] = belief.log
+    together = lambda *part: np.stack(part, axis=1)
     each = (parts[0].each(together, *parts[1:]) for parts in zip(*holdings, strict=True))
     return beliefs, expecting, likelihoods, odd, tuple(each)
 

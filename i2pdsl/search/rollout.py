@@ -57,11 +57,15 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     expecting, rows = [], []
     regret = jnp.zeros(full[:-1], belief.log.dtype)
     for who, row in enumerate(turns.log_rows):
+        known = turns.problems[who] if turns.problems else None
         expecting.append(belief.map(whole))
         rows.append(whole(belief.likely(world, tables, who, row)))
-        belief = belief.seeing(world, tables, who, row)
-        best = row.max(axis=who - len(full), keepdims=True)  # all actions are among the branches
-        regret += belief.regret(world, tables, who, best - row)
+        belief = belief.seeing(world, tables, who, row, known)
+        lacking = known and known._replace(
+            log_rows=_below_best(known.log_rows, who - len(full) + 1)
+        )
+        below = _below_best(row, who - len(full))
+        regret += belief.regret(world, tables, who, below, lacking)
     count = flat[0]
     previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
     holdings = tuple(
@@ -106,6 +110,11 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
     )
     joined = frame.each(lambda a, b: jnp.concatenate([a, b]), dropped)
     return joined, jnp.concatenate([turns.valid, possible[number]])
+
+
+def _below_best(log_rows: Array, axis: int) -> Array:
+    """How much likelier the likeliest action is than each: all are among the branches."""
+    return log_rows.max(axis=axis, keepdims=True) - log_rows
 
 
 def _of_turns(part: Array, first: Array, turns: tuple[int, ...]) -> Array:

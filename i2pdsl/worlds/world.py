@@ -39,6 +39,18 @@ class Viewer:
     particles: Particles | None = None
 
 
+class ByProblem(NamedTuple):
+    """Likelihoods that are alike under all hypotheses under which who acts solves the same problem.
+
+    Attributes:
+        log_rows: log P(action | problem), broadcastable to [..., n_1, n_2, ..., Q].
+        hypotheses: those of each problem, one-hot [O, Q, H].
+    """
+
+    log_rows: Array
+    hypotheses: Array
+
+
 class Branches(NamedTuple):
     """All joint turns from a state, K = n_1 * n_2 * ... of them, of so many outcomes for each
     character.
@@ -49,12 +61,14 @@ class Branches(NamedTuple):
         log_rows: for each observed action, log P(action | H), broadcastable to
             [..., n_1, n_2, ..., O, H].
         chance [..., K]: probability of the outcomes given the actions.
+        problems: the same as `log_rows`, of problems; empty where that would save nothing.
     """
 
     state: Array
     valid: Array
     log_rows: tuple[Array, ...]
     chance: Array
+    problems: tuple[ByProblem, ...] = ()
 
 
 class SmallWorld(NamedTuple):

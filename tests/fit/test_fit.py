@@ -149,6 +149,15 @@ def test_its_files_are_what_they_say(fitted: tuple[Outcome, Path], folder: Path)
     assert observer.sharpness == person.sharpness
 
 
+def test_what_arviz_says_of_its_own_future_is_not_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It warns once a day as it is imported."""
+    from i2pdsl.fit import report
+
+    told = lambda *_: warnings.warn("it will change", FutureWarning, stacklevel=1)
+    monkeypatch.setattr(report, "optional", told)
+    report._arviz()
+
+
 @pytest.mark.slow
 def test_an_inverse_planner_beats_what_can_be_counted(fitted: tuple[Outcome, Path]) -> None:
     told = json.loads(fitted[0].out)["comparison"]

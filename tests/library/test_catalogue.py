@@ -300,8 +300,16 @@ def test_an_example_that_cannot_be_made_is_said(
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("width", [320, 400, 1200])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("scheme", "width"),
+    [
+        *(("dark", 320), ("light", 400), ("light", 1200)),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (("light", 320), ("dark", 400), ("dark", 1200))
+        ),
+    ],
+)
 def test_in_a_browser(place: Path, i2p: Run, width: int, scheme: str) -> None:
     if not Path("/usr/bin/chromium").exists():
         pytest.skip("needs the system's Chromium")

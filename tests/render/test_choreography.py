@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import pytest
 
-from i2pdsl.render.grid.choreography import MARKS, POSES, Key, bend, choreograph, sample
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.stage import Actor, Stage, break_down, describe
+from i2pdsl.render.grid.tracks import MARKS, POSES, Key, bend, sample
 
 ROWS = ("...#...", ".......", "...#...")
 CHEESE, ROBOT = Actor("cheese", "cheese"), Actor("robot", "robot")

@@ -6,10 +6,10 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from i2pdsl.render.grid import comic
-from i2pdsl.render.grid.choreography import Key
 from i2pdsl.render.grid.comic import comic_svg
 from i2pdsl.render.grid.scene import actor_svg, scene_size
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import Key
 from i2pdsl.render.raster import svg_rgba
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -14,10 +14,11 @@ from plane_performances import performance as plane_performance
 
 from i2pdsl.render import export as files
 from i2pdsl.render.grid import export
-from i2pdsl.render.grid.choreography import MARKS, POSES, Key, choreograph, sample
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.film import lengths
 from i2pdsl.render.grid.scene import actor_svg, stage_symbols
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import MARKS, POSES, Key, sample
 from i2pdsl.render.hill import export as hill_export
 from i2pdsl.render.mind import Panel, Series
 from i2pdsl.render.plane import export as plane_export

@@ -10,10 +10,11 @@ from PIL import Image
 
 from i2pdsl.render import video
 from i2pdsl.render.files import FilmLook
-from i2pdsl.render.grid.choreography import Film, choreograph
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.film import default_cell, film_frames, frame_times, lengths, save_film
 from i2pdsl.render.grid.scene import scene_size, scene_svg
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import Film
 from i2pdsl.render.raster import svg_rgba
 
 CAST = (Actor("cheese", "cheese"), Actor("robot", "robot"), Actor("table", "table", "", "object"))

@@ -12,10 +12,11 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.render.characters import Ink
 from i2pdsl.render.grid.characters import map_in_characters
-from i2pdsl.render.grid.choreography import choreograph, sample
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.pictures import stage_of
 from i2pdsl.render.grid.scene import scene_svg, stage_background
 from i2pdsl.render.grid.stage import break_down, describe, followed
+from i2pdsl.render.grid.tracks import sample
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import GridReader, frames_as_json, state_as_json
 from i2pdsl.worlds.grid.world import GridWorld, unplanned_world

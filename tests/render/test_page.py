@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from i2pdsl.render.grid.choreography import choreograph, sample
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.film import lengths
 from i2pdsl.render.grid.page import CELL, FOOT, frame_captions, page_html
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import sample
 from i2pdsl.render.mind import PALETTE, Mark, Panel, Series
 from i2pdsl.render.reasons import Account, Asked, Change, Observation
 

@@ -5,10 +5,11 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from i2pdsl.render.grid.choreography import POSES, choreograph
+from i2pdsl.render.grid.choreography import choreograph
 from i2pdsl.render.grid.scene import MARGIN, labels_svg, scene_svg, stage_background, svg_document
 from i2pdsl.render.grid.sprites import actor_symbols, symbol_id
 from i2pdsl.render.grid.stage import Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import POSES
 from i2pdsl.render.ink import mix
 from i2pdsl.render.raster import atomic_path, composite, save_png, save_svg, svg_rgba
 from i2pdsl.worlds.drawings import builtin_sprites

@@ -55,6 +55,7 @@ def scores(objective: Objective, before: int, actions: np.ndarray) -> np.ndarray
     return np.array(found)
 
 
+SLOW = ("maximize sum_t P(G_one = left | script[:2]) * P(G_one = left | script[:t])",)
 ASKED = (
     "maximize depict(G_one = left)",
     "maximize twist(G_one = left, G_one = right)",
@@ -64,7 +65,7 @@ ASKED = (
     "maximize sum_t KL(script[:0] || script[:t]) + sum_{t in 2..T} t * P(R_one | script[:t])",
     "maximize sum_t (if t <= when [moved(one)] then t else 0)",
     "maximize sum_{t in 0..T} t * P(G_one = left | script[:t])",
-    "maximize sum_t P(G_one = left | script[:2]) * P(G_one = left | script[:t])",
+    SLOW[0],
     "let more = script ++ [one: west]\nmaximize depict(G_one = left, over = more)",
     "maximize beats(depict(G_one = left), depict(G_one = right))",
     "maximize beats(depict(G_one = left), sum_t P(G_one = right | script[:T]))",
@@ -75,7 +76,9 @@ ASKED = (
 )
 
 
-@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize(
+    "asked", [pytest.param(a, marks=pytest.mark.slow) if a in SLOW else a for a in ASKED]
+)
 def test_a_story_that_begins_late_is_the_same_story(asked: str) -> None:
     typed = story("assume nothing", asked)
     generator = np.random.default_rng(0)

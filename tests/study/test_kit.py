@@ -7,6 +7,7 @@ import io
 import json
 import re
 import threading
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -16,6 +17,7 @@ from typing import Any
 import pytest
 
 from browser_for_tests import chromium  # noqa: F401
+from commands_for_tests import PATIENCE
 from i2pdsl import cli
 from i2pdsl.fit.judgements import Choice, read_judgements
 from i2pdsl.fit.questions import study as study_of_fit
@@ -144,7 +146,8 @@ class Visit:
     def watch(self) -> None:
         """Until the film has ended."""
         self.page.locator("#theatre svg").first.wait_for()
-        for _ in range(300):  # what is shown begins when the machine has time for it
+        begun = time.monotonic()
+        while time.monotonic() - begun < PATIENCE:  # it begins when the machine has time for it
             self.page.clock.run_for(500)
             if self.page.locator("#play").inner_text() == "Replay":
                 assert self.page.locator("#answers:enabled").count() == 1

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from i2pdsl.render.grid.choreography import Film, Key, choreograph, facing, sample
+from i2pdsl.render.grid.choreography import choreograph, facing
 from i2pdsl.render.grid.scene import (
     MARGIN,
     actor_svg,
@@ -18,6 +18,7 @@ from i2pdsl.render.grid.scene import (
 )
 from i2pdsl.render.grid.sprites import actor_tint
 from i2pdsl.render.grid.stage import STEPS, Actor, Beat, Cell, Stage
+from i2pdsl.render.grid.tracks import Film, Key, sample
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import caption_svg, fitted, heading_svg, text_svg, wrapped
 from i2pdsl.render.panels import GUTTER, TEXT, TITLE, columns_of

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.render import export
-from i2pdsl.render.grid.choreography import GRIP, MARKS, POSES, Film, Track
 from i2pdsl.render.grid.scene import (
     FOOT,
     LARGEST_SCENE,
@@ -21,6 +20,7 @@ from i2pdsl.render.grid.scene import (
 )
 from i2pdsl.render.grid.sprites import actor_symbols, actor_tint, mark_symbols, symbol_id
 from i2pdsl.render.grid.stage import Stage
+from i2pdsl.render.grid.tracks import GRIP, MARKS, POSES, Film, Track
 from i2pdsl.render.mind import Panel
 from i2pdsl.render.raster import svg_rgba
 

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from i2pdsl.render.files import FilmLook
-from i2pdsl.render.grid.choreography import Film, Key, sample
 from i2pdsl.render.grid.scene import (
     LARGEST_SCENE,
     MARGIN,
@@ -25,6 +24,7 @@ from i2pdsl.render.grid.scene import (
     svg_document,
 )
 from i2pdsl.render.grid.stage import Stage
+from i2pdsl.render.grid.tracks import Film, Key, sample
 from i2pdsl.render.raster import composite, svg_rgba
 from i2pdsl.render.strip import Meter, Strip
 from i2pdsl.render.video import PathLike, Progress, Times, paced_times, write_film

@@ -1,4 +1,4 @@
-// Moves a kitchen's cast along keyframes. See choreography.py, whose `sample` this file repeats.
+// Moves a kitchen's cast along keyframes. See tracks.py, whose `sample` this file repeats.
 // A sheet has several films: the parts of each one's drawing are known by their number.
 export const makeStage = (film, root = document) => {
   const shows = film.shows

@@ -9,7 +9,6 @@ import numpy as np
 from i2pdsl.objective.wishes import Wish
 from i2pdsl.render import film_page
 from i2pdsl.render.alone import NAME, Alone
-from i2pdsl.render.grid.choreography import Film, Key, Track
 from i2pdsl.render.grid.film import lengths
 from i2pdsl.render.grid.scene import (
     FOOT,
@@ -24,6 +23,7 @@ from i2pdsl.render.grid.scene import (
 )
 from i2pdsl.render.grid.sprites import symbol_id
 from i2pdsl.render.grid.stage import TURNING, Stage, describe
+from i2pdsl.render.grid.tracks import Film, Key, Track
 from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.render.reasons import Account
@@ -188,7 +188,7 @@ def _cast(stage: Stage, film: Film) -> Iterable[str]:
 
 
 def film_data(stage: Stage, film: Film) -> dict[str, Any]:
-    """What the player of kitchens reads; keys in the order of `choreography.Key`."""
+    """What the player of kitchens reads; keys in the order of `tracks.Key`."""
     actors = []
     for actor in stage.cast:
         symbols = {pose: symbol_id(actor, pose) for pose in poses_of(film)[actor.name]}

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from math import ceil
 from xml.sax.saxutils import escape
 
-from i2pdsl.render.grid.choreography import POSES, Film, Key, sample
 from i2pdsl.render.grid.sprites import (
     UTENSIL_DRAWINGS,
     actor_symbols,
@@ -18,6 +17,7 @@ from i2pdsl.render.grid.sprites import (
     tile_actor,
 )
 from i2pdsl.render.grid.stage import DIRECTIONS, Actor, Cell, Stage, Tile
+from i2pdsl.render.grid.tracks import POSES, Film, Key, sample
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.render.lettering import FONTS
 from i2pdsl.render.raster import text_width

@@ -21,8 +21,8 @@ import xml.etree.ElementTree as ET
 from functools import cache
 from xml.sax.saxutils import quoteattr
 
-from i2pdsl.render.grid.choreography import POSES
 from i2pdsl.render.grid.stage import LOOKS, Actor, Stage, Tile
+from i2pdsl.render.grid.tracks import POSES
 from i2pdsl.render.ink import INK, mix
 from i2pdsl.worlds.drawings import SVG, as_svg, builtin_sprite, builtin_sprites, tile_look
 

@@ -46,6 +46,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
+        by_problem: for each character the hypotheses of each of its problems, and last those where
+            it is irrational, one-hot [O, P + 1, H], for searches without `policies`; else empty.
         holdings: the particles or factors of each observer (None of who lists all hypotheses);
             empty where everybody lists them.
         terms: for each character, of what its values are the sum, where they are additive: then
@@ -75,6 +77,7 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
+    by_problem: tuple[Array, ...] = ()
     holdings: tuple[HoldingTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
     packed: Packed | None = None

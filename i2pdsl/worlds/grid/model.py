@@ -21,8 +21,9 @@ lowest; then, for events, `turn_count` + e * slots + cell.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -40,7 +41,10 @@ from i2pdsl.worlds.grid.arrays import (
 )
 from i2pdsl.worlds.grid.following import action_count, successor, successors, values_after
 from i2pdsl.worlds.grid.spec import STAY
-from i2pdsl.worlds.world import Branches
+from i2pdsl.worlds.world import Branches, ByProblem
+
+if TYPE_CHECKING:
+    from i2pdsl.worlds.grid.known import Known
 
 Array = Any
 
@@ -132,10 +136,10 @@ def log_policy(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s, H): softmax of beta Q, uniform for the irrational. [..., A, O, H]."""
     if tables.policies is not None:
         return entries(tables.policies[who], state)
-    return _by_hypothesis(tables, who, _log_softmax(tables, who, state))
+    return _by_hypothesis(tables, who, log_softmax(tables, who, state))
 
 
-def _log_softmax(tables: Tables, who: int, state: Array) -> Array:
+def log_softmax(tables: Tables, who: int, state: Array) -> Array:
     """log P(a | s) of every planning problem: [..., A, P]."""
     xp = namespace(tables.coordinates)
     if xp is np:
@@ -175,7 +179,7 @@ def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     """log P(act | s, H), [..., O, H]."""
     xp = namespace(tables.coordinates)
     if xp is not np:
-        policy = _log_softmax(tables, who, state)
+        policy = log_softmax(tables, who, state)
         taken = xp.take_along_axis(policy, act[..., None, None], axis=-2)[..., 0, :]
         return _by_hypothesis(tables, who, taken)
     # Many scripts come by the same places, and do the same there.
@@ -193,12 +197,18 @@ def _log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     return rows.reshape(*state.shape, *rows.shape[1:])
 
 
-def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
-    """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
+def _with_irrational(tables: Tables, who: int, log_probability: Array) -> Array:
+    """What is known of each planning problem, [..., P], and of who acts at random: [..., P + 1]."""
     xp = namespace(tables.coordinates)
     count = action_count(tables, who)
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
-    every = xp.concatenate([log_probability, irrational], axis=-1)
+    return xp.concatenate([log_probability, irrational], axis=-1)
+
+
+def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
+    """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
+    xp = namespace(tables.coordinates)
+    every = _with_irrational(tables, who, log_probability)
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
     return xp.take(every, tables.columns[who], axis=-1, mode="clip")
 
@@ -225,6 +235,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     place = here
     effects: list[list[int]] = []
     rows: list[Array] = []
+    problems: list[ByProblem] = []
     valid: Array = True
     chance: Array = 1.0
 
@@ -245,8 +256,13 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         landed = successors(tables, who, place)
         seen = place if tables.layer is None else in_frame(frame, place)
         row = of_outcomes(log_policy(tables, who, seen))
+        chosen = [a for a, _ in outcomes]
         if moves.weak[who]:
-            row = row[..., [a for a, _ in outcomes], :, :]
+            row = row[..., chosen, :, :]
+        if tables.by_problem:
+            known = _with_irrational(tables, who, log_softmax(tables, who, seen))
+            known = of_outcomes(known)[..., chosen, :]
+            problems.append(ByProblem(placed(known, 1), tables.by_problem[who]))
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)
@@ -261,6 +277,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         xp.broadcast_to(valid, end.shape).reshape(shape),
         tuple(rows),
         xp.broadcast_to(chance, end.shape).reshape(shape),
+        tuple(problems),
     )
 
 
@@ -436,7 +453,12 @@ def outcome(
 
 
 def log_rows(
-    tables: Tables, moves: Moves, state: Array, action: Array, done: list[Step] | None = None
+    tables: Tables,
+    moves: Moves,
+    state: Array,
+    action: Array,
+    done: list[Step] | None = None,
+    known: Sequence[Known] = (),
 ) -> tuple[Array, ...]:
     """log P(observed action | H) for each character in the order of acting: [..., O, H] each.
 
@@ -444,18 +466,24 @@ def log_rows(
 
     Args:
         done: what each of them does, where that is known.
+        known: what was expected of each of them before, if it is kept.
     """
     xp = namespace(tables.coordinates)
     done = done or steps(tables, moves, state, action)[0]
     states = chosen_at(tables, moves, state, done)
+    is_turn = action < moves.turn_count
     rows = []
     for who, step in enumerate(done):
         if tables.policies is not None:
             row = entries(tables.policies[who], (states[who], step.act))
         else:
-            row = _log_taken(tables, who, states[who], step.act)
-        if moves.events or xp is not np:
-            row = xp.where((action < moves.turn_count)[..., None, None], row, 0.0)
+            found = known[who].taken(states[who], step.act) if known else None
+            if found is None:
+                row = _log_taken(tables, who, states[who], step.act)
+            else:
+                row = _by_hypothesis(tables, who, found)
+        if xp is not np or not is_turn.all():
+            row = xp.where(is_turn[..., None, None], row, 0.0)
         rows.append(row)
     return tuple(rows)
 
@@ -473,7 +501,7 @@ def best_rows(
         if tables.policies is not None:
             row = xp.max(entries(tables.policies[who], states[who]), axis=-3)
         else:
-            best = xp.max(_log_softmax(tables, who, states[who]), axis=-2)
+            best = xp.max(log_softmax(tables, who, states[who]), axis=-2)
             row = _by_hypothesis(tables, who, best)
         rows.append(xp.where(is_turn, row, 0.0))
     return tuple(rows)

@@ -29,6 +29,7 @@ from i2pdsl.worlds.grid.arrays import (
 )
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
 from i2pdsl.worlds.grid.holdings import holdings_of, problems_in_space, space_and_rows
+from i2pdsl.worlds.grid.known import Known
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.parts import part_of
@@ -108,7 +109,12 @@ class GridWorld:
 
     @cached_property
     def search_tables(self) -> Tables:
-        return with_policies(on_device(padded(self.tables)))
+        tables = on_device(padded(self.tables))
+        if self.lists_states:
+            tables = with_policies(tables, state_count(self.tables))
+        if tables.policies is not None or not self.lists_hypotheses:
+            return tables
+        return tables._replace(by_problem=on_device(by_problem(self.tables)))
 
     def program_key(self, turns: tuple[ty.Turn, ...]) -> tuple[Any, ...]:
         cells = tuple(self.cell_number[t.cell] for t in turns if isinstance(t, ty.Drop))
@@ -190,7 +196,14 @@ class GridWorld:
     def log_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
     ) -> tuple[Array, ...]:
-        return model.log_rows(tables, self.moves, state, action)
+        known = self._known if tables is self.tables else ()
+        return model.log_rows(tables, self.moves, state, action, known=known)
+
+    @cached_property
+    def _known(self) -> tuple[Known, ...]:
+        if not self.lists_states or not self.lists_hypotheses or self.tables.terms is not None:
+            return ()
+        return tuple(Known(self.tables, who) for who in range(len(self.moves.weak)))
 
     def best_rows(
         self, tables: Tables, state: Array, action: Array, after: Array
@@ -353,13 +366,24 @@ class GridWorld:
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
-def with_policies(tables: Tables) -> Tables:
+def by_problem(tables: Tables) -> tuple[np.ndarray, ...]:
+    """For each character the hypotheses of each of its problems, one-hot [O, P + 1, H]."""
+    problems = (np.arange(len(beta) + 1) for beta in tables.sharpness)
+    return tuple(
+        (column[:, None] == each[:, None]).astype(float)
+        for column, each in zip(tables.columns, problems, strict=True)
+    )
+
+
+def with_policies(tables: Tables, count: int) -> Tables:
     """The tables of a search with all policies, which it looks up far more often than there are
-    states; as they are where that takes too much memory."""
+    listed states; as they are where that takes too much memory.
+
+    Args:
+        count: how many states there are in fact.
+    """
     from i2pdsl.programs import compiled_program
 
-    if tables.packed is not None:
-        return tables
     states = state_count(tables)
     sizes = [
         len(after) * column.size
@@ -368,17 +392,25 @@ def with_policies(tables: Tables) -> Tables:
     if 4 * states * sum(sizes) > MOST_POLICY_BYTES:
         return tables
 
-    def tabulated(tables: Tables) -> tuple[Array, ...]:
-        import jax
+    def tabulated(tables: Tables, parts: Array) -> tuple[Array, ...]:
+        from jax import lax, numpy
 
-        every = jax.numpy.arange(states, dtype=np.int32).reshape(-1, POLICIES_AT_ONCE)
-        some = lambda who: lambda state: model.log_policy(tables, who, state)
-        found = (jax.lax.map(some(who), every) for who in range(len(sizes)))
-        return tuple(table.reshape(states, *table.shape[2:]) for table in found)
+        def policies(who: int) -> Array:
+            def with_part(part: Array, table: Array) -> Array:
+                first = part * POLICIES_AT_ONCE
+                some = first + numpy.arange(POLICIES_AT_ONCE, dtype=np.int32)
+                policy = model.log_policy(tables, who, some)
+                return lax.dynamic_update_slice_in_dim(table, policy, first, axis=0)
+
+            shape = (states, len(tables.successor[who]), *tables.columns[who].shape)
+            return lax.fori_loop(0, parts, with_part, numpy.zeros(shape, tables.gamma.dtype))
+
+        return tuple(map(policies, range(len(sizes))))
 
     brief = states * sum(sizes) < FEW_POLICIES
-    program = compiled_program(("policies",), tabulated, (tables,), (0,) * len(sizes), brief=brief)
-    return tables._replace(policies=program.run(tables))
+    given = (tables, np.int32(-(-count // POLICIES_AT_ONCE)))
+    program = compiled_program(("policies",), tabulated, given, (0,) * len(sizes), brief=brief)
+    return tables._replace(policies=program.run(*given))
 
 
 def build_world(

@@ -4,6 +4,7 @@ the keeper on a goal; p, b, P and B are read as @, $, + and *, and -, _ and spac
 from __future__ import annotations
 
 from i2pdsl.errors import Source, Span, error
+from i2pdsl.worlds.grid.cast import MOST_ALIKE
 from i2pdsl.worlds.grid.foreign.level import (
     Level,
     Part,
@@ -13,7 +14,6 @@ from i2pdsl.worlds.grid.foreign.level import (
     rows_of,
     unknown,
 )
-from i2pdsl.worlds.grid.parse import MOST_ALIKE
 from i2pdsl.worlds.grid.spec import FLOOR, NO_GOAL, WALL
 
 WHAT = "a level of Sokoban"
