@@ -28,6 +28,7 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import steps_to
 from i2pdsl.worlds.grid.reduced import reduced
 from i2pdsl.worlds.grid.spec import GridSpec
+from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import parse_record
 from worlds_for_tests import CROWD
 
@@ -243,11 +244,11 @@ def test_worlds_say_that_they_are_additive() -> None:
     told = KIND.as_json(crowd)
     assert (told.pop("method"), told.pop("at_once")) == ("additive", 3)
     assert told == KIND.as_json(exact)
-    trust = trust_in(crowd)
+    trust = trust_in(crowd, Watch())
     assert trust.is_trusted is None
     assert trust.in_words() == f"additive, 3 at once; in {trust.copied.in_words()}"
     assert trust.copied.mean == error_in_copy(*method.approximation(crowd).copy)[0] > 0
-    assert trust_in(exact) is None
+    assert trust_in(exact, Watch()) is None
 
 
 def test_copies_keep_goals_doors_and_ways() -> None:

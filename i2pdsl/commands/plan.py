@@ -25,7 +25,7 @@ def plan(world: str, as_json: bool) -> None:
     show(world_warnings(world, Path()))
     with Bars() as bars:
         planned = kind_of(spec).plan(spec, bars.watch)
-        trust = trust_in(spec)
+        trust = trust_in(spec, bars.watch)
     if as_json:
         output_json(planned.document | ({} if trust is None else {"trust": trust.as_json()}))
         return

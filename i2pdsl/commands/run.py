@@ -178,7 +178,8 @@ def make(
         wishes: tuple[Wish, ...] = ()
         finished = found.finished
         if found.finished:
-            wishes, finished = story.wishes(found.script, seed, naive, bars.watch)
+            with bars.within("what is possible"):
+                wishes, finished = story.wishes(found.script, seed, naive, bars.watch)
     status = DONE if finished else INTERRUPTED
     if not found.finished:
         click.echo("interrupted: the best of what was searched so far is kept", err=True)

@@ -15,7 +15,7 @@ from i2pdsl.objective.rollouts import rollouts
 from i2pdsl.objective.trust import Copied, Trust, apart
 from i2pdsl.worlds.kind import Approximation, Spec, Watch
 from i2pdsl.worlds.kinds import kind_of
-from i2pdsl.worlds.ready import ready_world, viewers_of
+from i2pdsl.worlds.ready import ready_world, viewers_of, watched
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer, World
 
@@ -82,7 +82,7 @@ def standard(
             world.holding(viewers_of(spec, others)),
             own,
         )
-    method, copied = plans.method + about, copied_of(plans)
+    method, copied = plans.method + about, copied_of(plans, watch)
     beside += " of another seed" * bool(held)
     if plans.closer is not None:
         closer = ready_world(plans.closer, viewers_of(plans.closer, others), watch)
@@ -116,17 +116,18 @@ def cut(path: Trajectory, length: int) -> Trajectory:
     return Trajectory(path.actions[:length], path.states[: length + 1])
 
 
-def trust_in(spec: Spec) -> Trust | None:
+def trust_in(spec: Spec, watch: Watch) -> Trust | None:
     """What is known of the error of a world without any script; None where its plans are exact."""
     found = kind_of(spec).approximation(spec)
-    return None if found is None else Trust(found.method, "", None, None, copied_of(found))
+    return None if found is None else Trust(found.method, "", None, None, copied_of(found, watch))
 
 
-def copied_of(found: Approximation) -> Copied | None:
+def copied_of(found: Approximation, watch: Watch) -> Copied | None:
     """The error in a world's small copy."""
     if found.copy is None:
         return None
-    return Copied(found.told, SCRIPTS, *error_in_copy(*found.copy))
+    with watched(watch):
+        return Copied(found.told, SCRIPTS, *error_in_copy(*found.copy))
 
 
 @lru_cache(maxsize=8)

@@ -293,13 +293,21 @@ def expected_seconds(
     world: World, objective: Objective, length: int, scripts: int, events: tuple[int, ...]
 ) -> float:
     """How long it takes to search so many scripts side by side, roughly."""
+    work = processor_seconds(world, objective, length, scripts, events)
+    return work / min(WORKERS, processors())
+
+
+def processor_seconds(
+    world: World, objective: Objective, length: int, scripts: int, events: tuple[int, ...]
+) -> float:
+    """The same of one processor."""
     children = branching(world, events)
     looks = 1 + len(objective.suffix_turns) + (children if objective.looks_around else 0)
     looks *= 1 + length if objective.keeps_history else 1
     believed = world.tables.log_prior.size
     believed += sum(2 * way_of(h).numbers(h) for h in world.holdings(world.tables) if h)
     child = children * believed * looks * CHILD_SECONDS
-    return scripts * length * child / min(WORKERS, processors())
+    return scripts * length * child
 
 
 def _duration(seconds: float) -> str:

@@ -13,6 +13,7 @@ from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.objective.wishes import Wish, wish
 from i2pdsl.search.task import Search, Task
 
+PATIENCE = 60.0  # seconds of a processor
 _COMMENT = re.compile(r"#.*")
 
 
@@ -22,8 +23,9 @@ def wishes_of(
     """What a script reaches of each wish of its story, and what it could; and whether all searches
     came to their end. Ctrl-C ends them early, and the rest of what is possible is unknown.
 
-    All searches together take as long as the story's own. There is none where a story has one wish
-    and nothing beside it: what was found is then all that is known to be possible.
+    All searches together take as long as the story's own, or PATIENCE if that is less. There is
+    none where a story has one wish and nothing beside it: what was found is then all that is known
+    to be possible.
 
     Args:
         search: None where nobody looks for what is possible.
@@ -46,11 +48,24 @@ def wishes_of(
 
 
 def _alone(task: Task, number: int) -> Task:
-    """The search for one wish, as long as its share of the story's own."""
+    """The search for one wish, as long as its share of the story's own, or of PATIENCE."""
     parts, plan = len(task.story.objective), task.story.search
     shorter = replace(plan, starts=max(1, plan.starts // parts), seeds=max(1, plan.seeds // parts))
+    if plan.method == "beam":
+        shorter = replace(shorter, polish=_affordable(task, plan.polish))
     story = replace(task.story, search=shorter)
     return replace(task, story=story, only=number, whole=task.objective)
+
+
+def _affordable(task: Task, polish: int) -> int:
+    """So much of a story's polish that its search would take PATIENCE at most, if it can."""
+    from i2pdsl.search.beam import processor_seconds
+
+    plan = task.story.search
+    scripts = plan.starts * plan.width * (1 + polish)
+    given = task.world, task.objective, task.story.room, scripts, task.events
+    share = min(1.0, PATIENCE / processor_seconds(*given))
+    return max(0, int(share * (1 + polish)) - 1)
 
 
 def _best(task: Task, search: Search, seed: int) -> tuple[Frame | None, bool]:

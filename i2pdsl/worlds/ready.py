@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -25,14 +26,25 @@ def _world(spec: Spec, viewers: tuple[Viewer, ...], _versions: tuple[Hashable, .
     return kind_of(spec).build(spec, viewers, _watch)
 
 
-_watch = Watch()
+_watch = _usual = Watch()
+
+
+@contextmanager
+def watched(watch: Watch) -> Iterator[None]:
+    """Within it `watch` is told of worlds that are made ready without another."""
+    global _usual
+    before, _usual = _usual, watch
+    try:
+        yield
+    finally:
+        _usual = before
 
 
 def ready_world(spec: Spec, viewers: tuple[Viewer, ...], watch: Watch | None = None) -> World:
     """A world ready for its viewers; the last few are kept in memory. Raises StoryError."""
     global _watch  # the cached function must not depend on who watches
     began = time.perf_counter()
-    _watch = watch or Watch()
+    _watch = watch or _usual
     version = kind_of(spec).version
     try:
         versions = tuple(version(each) for each in (spec, *(v.spec for v in viewers)))

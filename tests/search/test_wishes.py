@@ -12,6 +12,8 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.objective.replay import evaluate
 from i2pdsl.objective.wishes import Wish, doubts, shares, wish
+from i2pdsl.search import wishes as wishes_module
+from i2pdsl.search.beam import processor_seconds
 from i2pdsl.search.searches import search_of
 from i2pdsl.search.wishes import wishes_of
 from i2pdsl.stories import Result, Story, story_from
@@ -230,3 +232,16 @@ def test_an_assumption_of_the_story_is_doubted_at_its_place(folder: Path) -> Non
     belief = belief - np.log(np.exp(belief).sum(-1, keepdims=True))
     (refuted,) = doubts(story.typed, world, frames._replace(log_belief=belief))
     assert refuted.span.text == "assume G_robot = green"
+
+
+def test_what_is_possible_is_looked_for_no_longer_than_a_minute(
+    torn: Story, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    task = torn.task()
+    usual = wishes_module._affordable(task, 11)
+    assert usual == 11
+    given = task.world, task.objective, 5, 60 * 12, task.events
+    monkeypatch.setattr(wishes_module, "PATIENCE", processor_seconds(*given) / 3)
+    assert wishes_module._affordable(task, 11) == 3
+    monkeypatch.setattr(wishes_module, "PATIENCE", 1e-9)
+    assert wishes_module._affordable(task, 11) == 0

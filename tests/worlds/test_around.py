@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from random import Random
 
 import numpy as np
 import pytest
 
 from i2pdsl.errors import Source
+from i2pdsl.planning import value_iteration
 from i2pdsl.worlds.grid import around as subject
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import continued
@@ -127,6 +129,43 @@ def test_it_is_nearer_to_exact_plans_than_sums_are() -> None:
         errors.append([np.abs(told[0] - other).mean() for other in told[1:]])
     additive, around = np.mean(errors, axis=0)
     assert around < additive / 2
+
+
+def test_what_was_planned_last_is_begun_with_whatever_the_cache_holds(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
+    sweeps: list[int] = []
+
+    def counted(*given: object, **named: object) -> value_iteration.Solution:
+        found = usual(*given, **named)  # type: ignore[arg-type]
+        sweeps.append(found.sweeps)
+        return found
+
+    usual = value_iteration.solve
+    monkeypatch.setattr(value_iteration, "solve", counted)
+
+    def planned() -> tuple[list[np.ndarray], int]:
+        sweeps.clear()
+        part, _ = part_of(scripts(1, 3))
+        return list(part.tables.continuation), sum(sweeps)
+
+    first, many = planned()
+    again, few = planned()
+    assert few < many / 2
+    (file,) = tmp_path.rglob("around-*.npz")
+    with np.load(file) as held:
+        arrays = {key: held[key] for key in held.files}
+    forged = {key: array if key == "mark" else array * 0 + 7 for key, array in arrays.items()}
+    np.savez(file, **forged)
+    other, _ = planned()
+    for found in (again, other):
+        for ours, theirs in zip(found, first, strict=True):
+            np.testing.assert_allclose(ours, theirs, atol=2e-3)
+    part_of(scripts(2, 2))
+    (file,) = tmp_path.rglob("around-*.npz")  # of one place at a time
+    with np.load(file) as held:
+        assert (held["mark"] != arrays["mark"]).any()
 
 
 def test_around_computed_states_all_is_as_around_listed_ones() -> None:

@@ -8,11 +8,14 @@ additive values: beyond, things may still be in each other's way in ways that ar
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from i2pdsl.planning import store
 from i2pdsl.planning.problem import Problem
 from i2pdsl.sizes import memory_limit
 from i2pdsl.worlds.grid import model
@@ -26,6 +29,7 @@ from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 
@@ -40,7 +44,7 @@ def around(
     world: GridWorld,
     viewers: tuple[Viewer, ...],
     paths: Sequence[Trajectory],
-    say: Callable[[str], None] | None = None,
+    watch: Watch | None = None,
 ) -> tuple[GridWorld, list[Trajectory]] | None:
     """The part of an additive world around some scripts, planned exactly, and the scripts in its
     numbers; None where that takes too long, or too much memory."""
@@ -55,12 +59,13 @@ def around(
         return None
     states = arrangements(spec, dynamics, placed)
     part, numbers = cut_out(spec, dynamics, world.tables, states)
-    plans = {}
+    plans, watch = {}, watch or Watch()
     for viewer in viewers:
         key = viewer.spec.planning_key
         if key not in plans:
-            plan = planned(viewer.spec, dynamics, say=say)
-            plans[key] = solve_around(viewer.spec, dynamics, plan, part, numbers, len(states), say)
+            plan = planned(viewer.spec, dynamics, say=watch.say)
+            given = viewer.spec, dynamics, plan, part, numbers, len(states)
+            plans[key] = solve_around(*given, watch)
     found = assemble(spec, part, viewers, [plans[v.spec.planning_key] for v in viewers])
     return found, [replace(p, states=np.searchsorted(states, p.states)) for p in paths]
 
@@ -146,9 +151,12 @@ def solve_around(
     part: Dynamics,
     numbers: np.ndarray,
     inside: int,
-    say: Callable[[str], None] | None = None,
+    watch: Watch,
 ) -> Plan:
     """The exact plan of a part of a world, given additive values where it ends.
+
+    What was planned last around scripts of the world is kept in the cache. Values are only begun
+    with: whatever the cache holds, they are as right as without it.
 
     Args:
         plan: the additive one.
@@ -159,17 +167,59 @@ def solve_around(
 
     rules = rules_of(spec, dynamics, plan.keys, frames=False)
     tables = rules._replace(continuation=plan.continuation, terms=plan.terms)
+    name, mark = f"around-{spec.planning_key}", _mark(plan, numbers, inside)
+    shapes = {f"continuation_{i}": (len(numbers), len(k)) for i, k in enumerate(plan.keys)}
+    kept = _kept(name, mark, shapes, watch.say)
+    known = kept and rules_of(spec, part, plan.keys, frames=False)._replace(continuation=kept)
     found: dict[int, np.ndarray] = {}
     residuals = []
     for who in map(spec.characters.index, spec.by_depth):
         problem = family_of(spec, part, who, plan.keys, found)
         start, problem = _ended(tables, who, part, numbers, inside, problem)
+        if known:
+            start[:inside] = model.action_values(known, who, np.arange(inside)).max(-2)
         tolerance = EXACT * (1 - spec.settings.gamma)
-        solution = solve(problem, tolerance=tolerance, forgiven=FORGIVEN, start=start, say=say)
+        report = watch.planning and partial(watch.planning, spec.characters[who].name)
+        solution = solve(
+            problem,
+            tolerance=tolerance,
+            forgiven=FORGIVEN,
+            start=start,
+            progress=report,
+            say=watch.say,
+        )
         found[who] = solution.continuation
         residuals.append(solution.residual)
     values = tuple(found[who] for who in range(len(plan.keys)))
+    if not known:
+        store.save(name, {"mark": mark, **dict(zip(shapes, values, strict=True))}, watch.say)
     return Plan(plan.keys, values, max(residuals), float("nan"))
+
+
+def _mark(plan: Plan, numbers: np.ndarray, inside: int) -> np.ndarray:
+    """What a part is, and by which additive values it ends."""
+    found = hashlib.sha256(f"{plan.keys}{inside}{numbers.dtype}".encode())
+    for array in (numbers, *(each for terms in plan.terms or () for each in terms)):
+        found.update(np.ascontiguousarray(array).tobytes())
+    return np.frombuffer(found.digest(), np.uint8)
+
+
+def _kept(
+    name: str,
+    mark: np.ndarray,
+    shapes: dict[str, tuple[int, int]],
+    say: Callable[[str], None] | None,
+) -> tuple[np.ndarray, ...] | None:
+    """The values that the cache holds of a part, if it holds that part's."""
+    size = sum(8 * states * problems for states, problems in shapes.values())
+    found = store.load(name, say, size + 2**16)
+    if found is None or not np.array_equal(found.pop("mark", np.zeros(0)), mark):
+        return None
+    right = all(
+        key in found and found[key].shape == shape and np.isfinite(found[key]).all()
+        for key, shape in shapes.items()
+    )
+    return tuple(found[key] for key in shapes) if right else None
 
 
 def _ended(

@@ -74,7 +74,7 @@ class GridKind(Kind):
     ) -> tuple[GridWorld, list[Trajectory]] | None:
         from i2pdsl.worlds.grid.around import around
 
-        return around(world, viewers, paths, watch.say)
+        return around(world, viewers, paths, watch)
 
     def vocabulary(self, spec: GridSpec) -> Vocabulary:
         return grid_vocabulary(spec)
