@@ -47,7 +47,7 @@ def figures(path: Path, script: Script, seconds: float) -> list[list[float]]:
     if "naturalness" in world.vocabulary.automatic:
         film = film_of(world, script.frames, typed.viewers)
         regret, luck = float(film.regret), float(film.luck.max(initial=0.0))
-    verdict = judge(typed, panel(typed, world), script.trajectory, script.frames)
+    (verdict,) = judge(typed, panel(typed, world), [script.trajectory], [script.frames])
     score = score_script(typed, world, script.frames)
     return [
         [float(script.query(e.expression, e.assume)) for e in asked],

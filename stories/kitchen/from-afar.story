@@ -13,3 +13,5 @@ require never [distance(robot, cheese) < 2]
 # expect min_t [distance(robot, cheese) @ script[t]] >= 2
 # expect when [pushes(robot, table)] <= 5
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.9
+# expect still <= 0.25
+# expect luck <= 2.5

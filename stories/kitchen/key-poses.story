@@ -14,3 +14,5 @@ pin script[T]: at(cheese, pink) and at(robot, green)
 # expect [pushes(robot, cheese) @ script[8]] >= 1
 # expect [at(cheese, pink) and at(robot, green) @ script[T]] >= 1
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.9
+# expect still <= 0.25
+# expect luck <= 2.5
