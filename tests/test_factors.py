@@ -25,6 +25,7 @@ from i2pdsl.objective.many import evaluate_many
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.stories import Story
 from i2pdsl.worlds.grid import hypotheses
+from i2pdsl.worlds.grid.describe import in_words
 from i2pdsl.worlds.grid.dynamics import build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
@@ -335,6 +336,17 @@ def test_who_holds_factors(tmp_path: Path, audience: str, by_factors: bool) -> N
     told = [d.message for d in story.typed.warnings]
     alone = "who know of several characters together cannot hold all 5,309"
     assert any(alone in message for message in told) == (not by_factors and "bayes" in audience)
+
+
+def test_a_world_says_how_its_hypotheses_are_held(tmp_path: Path) -> None:
+    spec = four(tmp_path, WISH).spec
+    assert isinstance(spec, GridSpec)
+    assert any(line.endswith("5309 hypotheses, held by factors") for line in in_words(spec))
+    chain = THREE.replace("toward = {princess: {-2, 0, 2}}", "toward = {princess: {-9, 0, 9}}")
+    more = "character bear\n    goals = {roses, lake, none}\n    toward = {princess: {-1, 1}, "
+    more += "knight: {-3, -2, -1, 1, 2, 3}, ghost: {-1, 1}}\n"
+    long = parse_world(Source("long.world", chain + more), "long")
+    assert any(line.endswith("hypotheses, held as particles") for line in in_words(long))
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from i2pdsl.worlds.grid.hypotheses import hypothesis_count
+from i2pdsl.worlds.grid.hypotheses import factors, hypothesis_count
 from i2pdsl.worlds.grid.spec import GridSpec
 
 
@@ -66,7 +66,10 @@ def in_words(spec: GridSpec) -> list[str]:
     lines = [f"    {row}" for row in map_in_words(spec)]
     hypotheses = hypothesis_count(spec)
     most = "at most " if spec.is_limited else ""
-    lines += ["", f"{most}{spec.state_count:,} states, {hypotheses} hypotheses", ""]
+    held = ""
+    if spec.is_sampled:
+        held = ", held by factors" if factors(spec) else ", held as particles"
+    lines += ["", f"{most}{spec.state_count:,} states, {hypotheses} hypotheses{held}", ""]
     for c in spec.characters:
         strength = "strong" if not c.is_weak else f"weak: a move succeeds with {c.success:g}"
         pushes = f"; pushes {', '.join(c.pushes)}" if c.pushes else ""
