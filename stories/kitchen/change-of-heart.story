@@ -14,3 +14,5 @@ require not [at(cheese, pink) @ script[T]]
 # expect P(rho < 0 and G_cheese = pink | script[:T]) >= 0.9
 # expect sum_t [pushes(robot, cheese) @ script[t]] >= 2
 # expect assume nothing: mean_t P(R_cheese and R_robot | script[:t]) >= 0.9
+# expect still <= 0.25
+# expect luck <= 2.5
