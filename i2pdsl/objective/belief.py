@@ -112,8 +112,8 @@ class Belief(NamedTuple):
         xp = self.log.__array_namespace__()
         rational = xp.asarray(default_assumption(world.vocabulary))
         if known is not None and self.share is not None:
-            within = xp.where(rational, self.share, 0.0)
-            of_problems = _of_each(lambda o, them: within[..., o, :] @ them.T, known.hypotheses)
+            share, within = self.share, xp.where(rational, known.hypotheses, 0.0)
+            of_problems = _of_each(lambda o, them: share[..., o, :] @ them.T, within)
             each = (of_problems * known.log_rows[..., None, :]).sum(-1)
             return each / of_problems.sum(-1)
         if world.lists_hypotheses:
