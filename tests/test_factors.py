@@ -16,7 +16,7 @@ import pytest
 from i2pdsl.audience import factors
 from i2pdsl.audience.factors import Factors, FactorTables
 from i2pdsl.audience.filter import update
-from i2pdsl.errors import Source
+from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import check_query
 from i2pdsl.language.priors import factorises
 from i2pdsl.language.scope import Module
@@ -347,6 +347,17 @@ def test_a_world_says_how_its_hypotheses_are_held(tmp_path: Path) -> None:
     more += "knight: {-3, -2, -1, 1, 2, 3}, ghost: {-1, 1}}\n"
     long = parse_world(Source("long.world", chain + more), "long")
     assert any(line.endswith("hypotheses, held as particles") for line in in_words(long))
+
+
+def test_to_who_forgets_nothing_what_is_so_was_so(tmp_path: Path) -> None:
+    told = f"audience bayesian(forgetting = 0)\n{WISH}maximize depict(G_princess = lake)"
+    (script,) = four(tmp_path, told).sample(1).scripts
+    for asked in ("P(G_princess = lakeAT | script[:t])", "P(G_princessAT | script[:t])"):
+        now, back = (script.query(asked.replace("AT", at)) for at in ("", " @ script[1]"))
+        np.testing.assert_array_equal(now, back)
+        assert np.ptp(now) > 1e-3
+    with pytest.raises(StoryError, match="to viewers who forget nothing what is so was so"):
+        script.query("P(G_princess @ script[1] | script[:t])", audience="bayesian")
 
 
 @pytest.mark.slow

@@ -137,14 +137,15 @@ class Beliefs(Frames):
     ) -> None:
         """What needs every hypothesis cannot be asked where there are too many of them; but who
         holds factors can be asked about everything."""
-        message = ""
-        if node.moment is not None:
+        message, forget = "", not all(map(_forgets_nothing, audience.observers))
+        hint = "ask about latents after the given frames: `entropy(LATENT | script[:t])`"
+        if node.moment is not None and forget:
             message = "hindsight looks back at every hypothesis"
+            hint = "to viewers who forget nothing what is so was so: `bayesian(forgetting = 0)`"
         elif not node.about and form.about == "latent" and any(map(_samples, audience.observers)):
             message = f"`{form.name}` of everything is about every hypothesis"
         if message:
             message = f"{message}: there are too many hypotheses {self.world.where} to be listed"
-            hint = "ask about latents after the given frames: `entropy(LATENT | script[:t])`"
             raise self.fail("particles", message, node.span, env, hint)
 
     def viewers(self, audience: Audience) -> ty.Viewers | None:
@@ -280,7 +281,8 @@ class Beliefs(Frames):
                 if any(a != b for a, b in zip(turns, moment.turns, strict=False)):
                     message = "this frame is of another script than the one that is given"
                     raise self.blame("index", message, node.moment, env)
-        return givens, moment
+        # To who forgets nothing what is so was so in every frame; others are not asked there.
+        return givens, None if self.world.counts else moment
 
     def hindsight(self, form: Form, node: ast.Form, env: Env) -> ty.Moment | None:
         """The frame behind the `@` of a form: 0 is the first picture."""
@@ -385,6 +387,11 @@ class Beliefs(Frames):
                 hint = f"did you mean `{close}`?" if close else hint
             raise self.blame("latent", "expected the name of a latent", node, env, hint)
         return latent
+
+
+def _forgets_nothing(observer: Observer) -> bool:
+    """Whether an observer is told to forget nothing."""
+    return dict(observer.settings).get("forgetting") == 0
 
 
 def _samples(observer: Observer) -> bool:
