@@ -12,10 +12,6 @@ FLAGS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--renderer-process-limit=1",
-    "--disable-features=SpareRendererForSitePerProcess,IsolateOrigins,site-per-process",
-    "--disable-site-isolation-trials",
-    "--in-process-gpu",
 ]
 CHROMIUM = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None

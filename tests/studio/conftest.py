@@ -41,8 +41,13 @@ class Desk:
     def __init__(self, page: Any):
         self.page = page
         self.trouble: list[str] = []
-        page.on("console", lambda message: self.trouble.append(message.text))
+        page.on("console", self._hear)
         page.on("pageerror", lambda problem: self.trouble.append(str(problem)))
+
+    def _hear(self, message: Any) -> None:
+        # The picture that a test opens first has no icon, which a browser looks for in its own time.
+        if not message.location["url"].endswith("/favicon.ico"):
+            self.trouble.append(message.text)
 
     def open(self, address: str, path: str | None = "help.story") -> Desk:
         self.page.goto(address)

@@ -143,6 +143,11 @@ class Visit:
         for name in names:
             self.page.keyboard.press(name)
 
+    def play(self) -> None:
+        """Once the film has come: what is hidden takes no focus, and no key."""
+        self.page.locator("#play").wait_for()
+        self.page.locator("#play").press("Enter")
+
     def watch(self) -> None:
         """Until the film has ended."""
         self.page.locator("#theatre svg").first.wait_for()
@@ -388,7 +393,7 @@ def test_a_slider_suggests_nothing(folder: Path, visit: Callable[..., Visit]) ->
     there = visit(f"{(folder / 'sliding/public/index.html').as_uri()}?participant=s")
     page = there.page
     there.keys("Tab", "Space", "Tab", "Enter", "Tab", "Enter")
-    page.locator("#play").press("Enter")
+    there.play()
     there.watch()
     slider = page.locator("#slider")
     assert slider.get_attribute("aria-valuetext") == "not answered yet"
@@ -400,7 +405,7 @@ def test_a_slider_suggests_nothing(folder: Path, visit: Callable[..., Visit]) ->
     assert "the slider at 50 of 100" in page.locator("#feedback-text").inner_text()
     there.keys("Tab", "Tab", "Enter")
     for _ in range(2):
-        page.locator("#play").press("Enter")
+        there.play()
         there.watch()
         page.locator("#slider").press("End")
         there.keys("ArrowLeft", "ArrowRight")
