@@ -45,7 +45,7 @@ class Desk:
         page.on("pageerror", lambda problem: self.trouble.append(str(problem)))
 
     def _hear(self, message: Any) -> None:
-        # The picture that a test opens first has no icon, which a browser looks for in its own time.
+        # The picture that a test opens first has no icon, which browsers look for at any time.
         if not message.location["url"].endswith("/favicon.ico"):
             self.trouble.append(message.text)
 
