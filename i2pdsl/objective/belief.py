@@ -35,12 +35,13 @@ class Belief(NamedTuple):
         if not self.holdings:
             return self
         pairs = zip(_of_tables(tables), self.holdings, strict=True)
-        beliefs = (way_of(each).belief(each, held) for each, held in pairs)
         xp = self.log.__array_namespace__()
-        if all(each is not None for each in tables):
+        if self.share is not None:  # where everybody holds some
+            beliefs = [way_of(each).belief(each, held) for each, held in pairs]
             share = xp.stack(xp.broadcast_arrays(*beliefs), axis=-2)
-            return self._replace(log=_log(share), share=None if self.share is None else share)
-        own = {o: _log(next(beliefs)) for o, each in enumerate(tables) if each is not None}
+            return self._replace(log=_log(share), share=share)
+        logs = (way_of(each).log_belief(each, held) for each, held in pairs)
+        own = {o: next(logs) for o, each in enumerate(tables) if each is not None}
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
