@@ -254,7 +254,7 @@ def one_factor(size: int, forgetting: float) -> FactorTables:
     every = np.arange(size)
     return FactorTables(
         even, (), Factors(even, ()), np.array(forgetting * size / (size - 1)), (every,), (every,),
-        (), (), every[:, None], every, every,
+        (), (), np.eye(size), every[:, None], every, every,
     )  # fmt: skip
 
 
@@ -282,7 +282,7 @@ def star(count: int, size: int) -> FactorTables:
     return FactorTables(
         *begun, begun, np.array(0.0), (every, *(pairs.reshape(size, size),) * count),
         (every, *(pairs,) * count), (every,) * count, (np.eye(size),) * count,
-        groups, rows, row_of,
+        np.eye(size - 1)[classes], groups, rows, row_of,
     )  # fmt: skip
 
 
@@ -349,6 +349,20 @@ def test_what_is_all_but_impossible_is_known_exactly_in_single_precision() -> No
     )
     assert one.min() < -220  # beyond the numbers of single precision
     np.testing.assert_allclose(other, one, rtol=1e-4, atol=1e-3)
+
+
+def test_products_and_logs_say_the_same() -> None:
+    generator, tables = np.random.default_rng(3), star(2, 4)
+    held, mask = factors.begun(tables), np.arange(48) % 5 < 2
+    for u in (0, 1, 2, 0, 1, 2):
+        row, values = generator.normal(size=(2, len(tables.columns[u]))) * 2
+        for doubted, logs in (
+            (np.log(factors.belief(tables, held)), factors.log_belief(tables, held)),
+            tuple(factors.likely(tables, held, u, row, doubts) for doubts in (True, False)),
+            tuple(factors.mean(tables, held, u, values, mask, doubts) for doubts in (True, False)),
+        ):
+            np.testing.assert_allclose(doubted, logs, rtol=1e-9, atol=1e-12)
+        held = factors.seen_by(tables, held, u, row)
 
 
 def test_a_search_holds_logs_where_products_may_be_too_small(few: None) -> None:

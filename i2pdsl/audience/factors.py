@@ -19,7 +19,8 @@ own share of an even belief U over all H hypotheses that he thinks possible,
 e' = e H / (H - 1). Each of m and h_i is then forgotten as fast as `filter.update` would have it;
 what is known of them together a bit faster. Without forgetting it is the same belief, but for a
 share of LEAST that is forgotten all the same, so that no factor gets too improbable to be held.
-Products of factors may be: they are taken in logs.
+Products of factors may be: they are taken in logs, which takes longer, where too little is
+forgotten for them to be held (FactorTables.doubts).
 
 What is asked is asked of *points*: m, and of each h_i only its class, which is what expressions
 tell apart (or h_i itself, where a question is about its values). NumPy and JAX arrays alike;
@@ -72,7 +73,8 @@ class FactorTables(NamedTuple):
         columns: for each of them where the world's likelihoods have the problems, [Q].
         class_of: the class of each h_i, [K] each.
         classes: the same one-hot, [K, C] each.
-        groups: the m of each class, [G, L]; M where there are fewer.
+        groups: the class of each m, one-hot [M, G].
+        members: the m of each class, [G, L]; M where there are fewer.
         rows: the place of each row among the C_1 x ... x C_k x G combinations of classes, [H].
         row_of: the row of each point, [C_1, ..., C_k, M]; H where there is none.
     """
@@ -86,6 +88,7 @@ class FactorTables(NamedTuple):
     class_of: tuple[Array, ...]
     classes: tuple[Array, ...]
     groups: Array
+    members: Array
     rows: Array
     row_of: Array
 
@@ -178,6 +181,14 @@ def _classes(tables: FactorTables, held: Factors) -> tuple[Array, ...]:
     return tuple(_by_class(tables, i, own) for i, own in enumerate(held.own))
 
 
+def _products(common: Array, parts: tuple[Array, ...]) -> Array:
+    """P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
+    found = common[(..., *(None,) * len(parts), slice(None))]
+    for i, part in enumerate(parts):
+        found = found * _along(part, i, len(parts))
+    return found
+
+
 def _points(common: Array, parts: tuple[Array, ...]) -> Array:
     """log P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
     found = log_of(common)[(..., *(None,) * len(parts), slice(None))]
@@ -195,8 +206,12 @@ def _along(part: Array, i: int, count: int) -> Array:
 
 def belief(tables: FactorTables, held: Factors) -> Array:
     """P of each row, the sum over its points: [..., H]."""
-    found = log_belief(tables, held)
-    return found.__array_namespace__().exp(found)
+    points = _products(held.common, _classes(tables, held))
+    lead = points.shape[: points.ndim - tables.row_of.ndim]
+    groups, flat = tables.groups, points.reshape(*lead, -1, len(tables.groups))
+    if groups.shape[0] != groups.shape[1]:
+        flat = flat @ groups
+    return points.__array_namespace__().take(flat.reshape(*lead, -1), tables.rows, axis=-1)
 
 
 def log_belief(tables: FactorTables, held: Factors) -> Array:
@@ -208,16 +223,25 @@ def _rows(tables: FactorTables, points: Array) -> Array:
     """log P of each row, [..., H], of that of points."""
     xp = points.__array_namespace__()
     lead, count = points.shape[: points.ndim - tables.row_of.ndim], points.shape[-1]
-    if tables.groups.shape != (count, 1):
+    if tables.members.shape != (count, 1):
         nothing = xp.full((*points.shape[:-1], 1), -xp.inf, points.dtype)
         padded = xp.concatenate([points, nothing], axis=-1)
-        points = log_sum(xp.take(padded, tables.groups, axis=-1))
+        points = log_sum(xp.take(padded, tables.members, axis=-1))
     return xp.take(points.reshape(*lead, -1), tables.rows, axis=-1)
 
 
-def likely(tables: FactorTables, held: Factors, u: int, row: Array) -> Array:
+def likely(tables: FactorTables, held: Factors, u: int, row: Array, doubts: bool = False) -> Array:
     """log P(what is observed u-th | row) of each row, [..., H]; of an impossible one what is
-    expected without it."""
+    expected without it.
+
+    Args:
+        doubts: whether no row is too improbable to be held.
+    """
+    if doubts:
+        of = belief(tables, held), belief(tables, _joint(tables, held, u, row))
+        xp, there = row.__array_namespace__(), of[0] > 0
+        ratio = xp.where(there, of[1], 0.0) / xp.where(there, of[0], 1.0)
+        return log_of(xp.where(there, ratio, of[1].sum(-1, keepdims=True)))
     points, each = _points(held.common, _classes(tables, held)), _of_points(tables, held, u, row)
     xp, joint = points.__array_namespace__(), points + log_of(each)
     before, after = _rows(tables, points), _rows(tables, joint)
@@ -242,12 +266,25 @@ def _inside(points: Array, within: Array, row: Array) -> Array:
     return held - total[(..., *(None,) * row.ndim)]
 
 
-def mean(tables: FactorTables, held: Factors, u: int, values: Array, within: Array) -> Array:
+def mean(
+    tables: FactorTables,
+    held: Factors,
+    u: int,
+    values: Array,
+    within: Array,
+    doubts: bool = False,
+) -> Array:
     """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
-    rows [H]: [...]."""
+    rows [H]: [...]; `doubts` as of `likely`."""
     xp, i = values.__array_namespace__(), tables.factor(u)
     parts, found = _classes(tables, held), _of_problems(tables, u, values)
-    weights = xp.exp(_inside(_points(held.common, parts), within, tables.row_of))
+    if doubts:
+        points, row = _products(held.common, parts), tables.row_of
+        there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
+        points = xp.where(there, points, 0.0)
+        weights = points / points.sum(tuple(range(-row.ndim, 0)), keepdims=True)
+    else:
+        weights = xp.exp(_inside(_points(held.common, parts), within, tables.row_of))
     if i is None:
         return (weights.sum(_but(len(parts))) * found).sum(-1)
     inner = _within(tables, i, held.own[i], parts[i])

@@ -72,8 +72,10 @@ class Belief(NamedTuple):
         if world.lists_hypotheses:
             return row
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        doubts = self.share is not None
         found = [
-            way_of(each).likely(each, held, u, row[..., o, :]) for o, (each, held) in enumerate(of)
+            way_of(each).likely(each, held, u, row[..., o, :], doubts)
+            for o, (each, held) in enumerate(of)
         ]
         return row.__array_namespace__().stack(found, axis=-2)
 
@@ -120,8 +122,9 @@ class Belief(NamedTuple):
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        doubts = self.share is not None
         found = [
-            way_of(each).mean(each, held, u, regret[..., o, :], rational)
+            way_of(each).mean(each, held, u, regret[..., o, :], rational, doubts)
             for o, (each, held) in enumerate(of)
         ]
         return xp.stack(found, axis=-1)

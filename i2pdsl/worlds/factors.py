@@ -76,7 +76,8 @@ def factor_tables(space: Space, rows: Rows, seen: Seen, tree: Tree) -> FactorTab
         columns=seen.columns,
         class_of=joint.class_of,
         classes=tuple(map(_one_hot, joint.class_of)),
-        groups=_members(joint.group_of),
+        groups=_one_hot(joint.group_of),
+        members=_members(joint.group_of),
         rows=joint.rows,
         row_of=joint.row_of,
     )
