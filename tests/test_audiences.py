@@ -27,9 +27,13 @@ from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.render.pictures import pictures_of
 from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.scripts import Script, script_of
-from i2pdsl.worlds.grid.planning import solve
-from i2pdsl.worlds.grid.world import GridWorld, assemble, by_problem
+from i2pdsl.worlds.grid import world as grid_world
+from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.planning import Plan, solve
+from i2pdsl.worlds.grid.problems import problem_keys
+from i2pdsl.worlds.grid.world import GridWorld, assemble, by_problem, unplanned_world
 from i2pdsl.worlds.ready import viewers_of
+from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import Pair, small_kitchen
 
 ROWS = ("P.", ".G", "..")
@@ -237,13 +241,14 @@ def test_beliefs_held_as_probabilities_are_those_held_as_logs() -> None:
 def test_what_is_known_by_problems_is_what_is_known_by_hypotheses() -> None:
     """The search's way to update beliefs where it has no table of policies."""
     _, world = told("sum_t P(rho > 0 | script[:t])")
-    tables = world.tables._replace(by_problem=by_problem(world.tables))
+    tables = world.tables._replace(by_problem=by_problem(world.tables, 10**6))
     prior = world.log_prior(tables)
     turns = world.turns(tables, np.arange(0, world.dynamics.state_count, 5))
     lifted = prior[:, *(None,) * 3].swapaxes(0, 3)  # [1, 1, 1, O, H]
     belief = Belief(lifted, np.exp(lifted))
     for who, (row, known) in enumerate(zip(turns.log_rows, turns.problems, strict=True)):
-        each = np.einsum("...q,oqh->...oh", known.log_rows, known.hypotheses)
+        assert known is not None
+        each = np.einsum("...oq,oqh->...oh", known.log_rows, known.hypotheses)
         np.testing.assert_allclose(each, row)
         with np.errstate(divide="ignore"):  # the insider knows some hypotheses to be false
             one, other = (belief.seeing(world, tables, who, row, by) for by in (None, known))
@@ -254,6 +259,48 @@ def test_what_is_known_by_problems_is_what_is_known_by_hypotheses() -> None:
         np.testing.assert_allclose(one.regret(world, tables, who, lacks, less), odd, rtol=1e-9)
         assert np.ptp(odd) > 0.1
         belief = one
+
+
+def seen(text: str, viewers: int, monkeypatch: pytest.MonkeyPatch) -> GridWorld:
+    """A world as a search without a table of policies sees it, nothing being planned."""
+    monkeypatch.setattr(grid_world, "MOST_POLICY_BYTES", 0)
+    spec = parse_world(Source("seen.world", text), "seen")
+    world = unplanned_world(spec)
+    watching = tuple(Viewer(spec, sharpness=1.0 + o) for o in range(viewers))
+    tables = world.tables
+    values = tuple(np.zeros((len(tables.cells), len(beta))) for beta in tables.sharpness)
+    plan = Plan(problem_keys(spec), values, 0.0, 0.0)
+    return assemble(spec, world.dynamics, watching, [plan] * viewers)
+
+
+MAP = "map\n    ...\n    ...\n" + "".join(
+    f"tile {name}\n    cell = ({column}, 0)\n" for column, name in enumerate("abc")
+)
+CHEESE = "character cheese\n    success = 0.6\n    goals = {a, b, c}\n"
+ROBOT = "character robot\n    goals = {a, b}\n    pushes = cheese\n    toward = {cheese: {-1, 1}}\n"
+DOG = ROBOT.replace("robot", "dog")
+
+
+def test_problems_are_told_apart_where_that_saves_something(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Not where each hypothesis is another problem of the last to act; and each observer has its
+    own problems only, however many others there are."""
+    assert seen(MAP + CHEESE + ROBOT, 1, monkeypatch).search_tables.by_problem == ()
+    sizes = []
+    for viewers in (1, 3):
+        world = seen(MAP + CHEESE + ROBOT + DOG, viewers, monkeypatch)
+        tables = world.search_tables
+        assert tables.policies is None
+        count = len(world.vocabulary.hypotheses)
+        each = [np.asarray(known.hypotheses) for known in tables.by_problem]
+        assert len(each) == 3
+        sizes.append([known.shape[1] for known in each])
+        for known in each:
+            assert known.shape == (viewers, known.shape[1], count)
+            assert (known.sum(1) == 1).all()  # one problem under each hypothesis
+            assert known.shape[1] <= count / 2
+    assert sizes[0] == sizes[1]
 
 
 def test_the_panel_changes_all_audiences_alike_and_leaves_what_they_know() -> None:

@@ -154,6 +154,34 @@ def test_other_viewers_are_those_that_a_story_would_have() -> None:
     )
 
 
+def test_who_excludes_what_explains_all_is_followed_like_others() -> None:
+    """Actions that a sharp viewer finds less likely than a double can hold under all that he
+    thinks possible, and likely under what he excludes: Bayes' rule in plain Python."""
+    e, gaps = 0.05, []
+    viewer = f"bayesian(sharpness = 1000, forgetting = {e}, given = R_cheese and R_robot)"
+    for told in scripts():
+        seen = told.seen_by(viewer)
+        world, path = seen.world, seen.trajectory
+        prior = world.log_prior(world.tables)[0]
+        held = [h for h, log in enumerate(prior) if log > -np.inf]
+        friend = [row.get("rho", 0) > 0 for row in world.vocabulary.hypotheses]
+        belief = {h: math.exp(prior[h]) for h in held}
+        expected = [sum(p for h, p in belief.items() if friend[h])]
+        for t in range(len(path.actions)):
+            at = (path.states[[t]], path.actions[[t]], path.states[[t + 1]])
+            rows = world.log_rows(world.tables, *at) if world.is_observed(at[1])[0] else ()
+            for row in rows:
+                logs = {h: math.log(belief[h]) + row[0, 0, h] for h in held}
+                top = max(logs.values())
+                gaps.append(max(row[0, 0]) - top)
+                weights = {h: math.exp(log - top) for h, log in logs.items()}
+                p = {h: weights[h] / sum(weights.values()) for h in held}
+                belief = {h: p[h] * (1 - e) + (1 - p[h]) * e / (len(held) - 1) for h in held}
+            expected.append(sum(p for h, p in belief.items() if friend[h]))
+        assert seen.query("P(friend | script[:t])") == pytest.approx(expected, abs=1e-9)
+    assert max(gaps) > 800
+
+
 @pytest.mark.parametrize(
     ("audience", "code"),
     [

@@ -99,7 +99,7 @@ class Belief(NamedTuple):
         else:  # of some problems, not of all hypotheses
             xp = self.share.__array_namespace__()
             each = xp.exp(xp.maximum(known.log_rows, LEAST))
-            likely = _of_each(lambda _, them: each @ them, known.hypotheses)
+            likely = _of_each(lambda o, them: each[..., o, :] @ them, known.hypotheses)
             share = share_after(self.share, likely, spread_of(forgetting, self.share.shape[-1]))
         return Belief(share.__array_namespace__().log(share), share)
 
@@ -117,7 +117,7 @@ class Belief(NamedTuple):
         if known is not None and self.share is not None:
             share, within = self.share, xp.where(rational, known.hypotheses, 0.0)
             of_problems = _of_each(lambda o, them: share[..., o, :] @ them.T, within)
-            each = (of_problems * known.log_rows[..., None, :]).sum(-1)
+            each = (of_problems * known.log_rows).sum(-1)
             return each / of_problems.sum(-1)
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)

@@ -146,8 +146,11 @@ def _as_shares(
     beliefs, expecting, likelihoods, _ = parts
     spread = spread_of(world.forgetting(world.tables), beliefs.shape[-1])
     everywhere = seen.all()
-    likely = [np.exp(row - row.max(-1, keepdims=True)) for row in rows]
     share = np.exp(beliefs[:, 0])
+    # By what is likeliest of what somebody thinks possible: of the rest nothing is left.
+    possible = share > 0
+    held = rows if possible.all() else [np.where(possible, row, -np.inf) for row in rows]
+    likely = [np.exp(row - row.max(-1, keepdims=True)) for row in held]
     for t, happens in enumerate(seen[..., None, None], 1):
         for u, row in enumerate(rows):
             if within:

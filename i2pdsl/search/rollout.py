@@ -61,10 +61,8 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         expecting.append(belief.map(whole))
         rows.append(whole(belief.likely(world, tables, who, row)))
         belief = belief.seeing(world, tables, who, row, known)
-        lacking = known and known._replace(
-            log_rows=_below_best(known.log_rows, who - len(full) + 1)
-        )
         below = _below_best(row, who - len(full))
+        lacking = known and known._replace(log_rows=_below_best(known.log_rows, who - len(full)))
         regret += belief.regret(world, tables, who, below, lacking)
     count = flat[0]
     previous, after = node.belief.map(lifted).map(whole), belief.map(whole)

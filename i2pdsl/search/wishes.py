@@ -23,8 +23,9 @@ def wishes_of(
     """What a script reaches of each wish of its story, and what it could; and whether all searches
     came to their end. Ctrl-C ends them early, and the rest of what is possible is unknown.
 
-    All searches together take as long as the story's own, or PATIENCE if that is less. There is
-    none where a story has one wish and nothing beside it: what was found is then all that is known
+    All searches together take about as long as the story's own, or PATIENCE if that is less: a
+    beam search then polishes less, and has fewer starts where that is not enough. There is none
+    where a story has one wish and nothing beside it: what was found is then all that is known
     to be possible.
 
     Args:
@@ -50,22 +51,25 @@ def wishes_of(
 def _alone(task: Task, number: int) -> Task:
     """The search for one wish, as long as its share of the story's own, or of PATIENCE."""
     parts, plan = len(task.story.objective), task.story.search
-    shorter = replace(plan, starts=max(1, plan.starts // parts), seeds=max(1, plan.seeds // parts))
-    if plan.method == "beam":
-        shorter = replace(shorter, polish=_affordable(task, plan.polish))
+    starts, polish = _affordable(task) if plan.method == "beam" else (plan.starts, plan.polish)
+    starts, seeds = max(1, starts // parts), max(1, plan.seeds // parts)
+    shorter = replace(plan, starts=starts, seeds=seeds, polish=polish)
     story = replace(task.story, search=shorter)
     return replace(task, story=story, only=number, whole=task.objective)
 
 
-def _affordable(task: Task, polish: int) -> int:
-    """So much of a story's polish that its search would take PATIENCE at most, if it can."""
+def _affordable(task: Task) -> tuple[int, int]:
+    """So many of a story's starts, and so much of its polish, that its search would take PATIENCE
+    at most: all starts, if polishing less will do."""
     from i2pdsl.search.beam import processor_seconds
 
     plan = task.story.search
-    scripts = plan.starts * plan.width * (1 + polish)
+    scripts = plan.starts * plan.width * (1 + plan.polish)
     given = task.world, task.objective, task.story.room, scripts, task.events
-    share = min(1.0, PATIENCE / processor_seconds(*given))
-    return max(0, int(share * (1 + polish)) - 1)
+    passes = (1 + plan.polish) * min(1.0, PATIENCE / processor_seconds(*given))
+    if passes < 1:
+        return max(1, int(plan.starts * passes)), 0
+    return plan.starts, int(passes) - 1
 
 
 def _best(task: Task, search: Search, seed: int) -> tuple[Frame | None, bool]:

@@ -43,7 +43,8 @@ class ByProblem(NamedTuple):
     """Likelihoods that are alike under all hypotheses under which who acts solves the same problem.
 
     Attributes:
-        log_rows: log P(action | problem), broadcastable to [..., n_1, n_2, ..., Q].
+        log_rows: log P(action | problem), of the problems that each observer knows of,
+            broadcastable to [..., n_1, n_2, ..., O, Q].
         hypotheses: those of each problem, one-hot [O, Q, H].
     """
 
@@ -61,14 +62,15 @@ class Branches(NamedTuple):
         log_rows: for each observed action, log P(action | H), broadcastable to
             [..., n_1, n_2, ..., O, H].
         chance [..., K]: probability of the outcomes given the actions.
-        problems: the same as `log_rows`, of problems; empty where that would save nothing.
+        problems: the same as `log_rows`, of problems; empty where that would save nothing, and None
+            for an action of which it would save nothing.
     """
 
     state: Array
     valid: Array
     log_rows: tuple[Array, ...]
     chance: Array
-    problems: tuple[ByProblem, ...] = ()
+    problems: tuple[ByProblem | None, ...] = ()
 
 
 class SmallWorld(NamedTuple):

@@ -238,10 +238,14 @@ def test_what_is_possible_is_looked_for_no_longer_than_a_minute(
     torn: Story, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     task = torn.task()
-    usual = wishes_module._affordable(task, 11)
-    assert usual == 11
+    more = replace(task.story.search, polish=11)
+    task = replace(task, story=replace(task.story, search=more))
+    assert wishes_module._affordable(task) == (60, 11)
     given = task.world, task.objective, 5, 60 * 12, task.events
-    monkeypatch.setattr(wishes_module, "PATIENCE", processor_seconds(*given) / 3)
-    assert wishes_module._affordable(task, 11) == 3
-    monkeypatch.setattr(wishes_module, "PATIENCE", 1e-9)
-    assert wishes_module._affordable(task, 11) == 0
+    long = processor_seconds(*given)
+    for share, afforded in ((3.0, (60, 3)), (11.9, (60, 0)), (24.1, (29, 0)), (1e9, (1, 0))):
+        monkeypatch.setattr(wishes_module, "PATIENCE", long / share)
+        assert wishes_module._affordable(task) == afforded
+    monkeypatch.setattr(wishes_module, "PATIENCE", long / 24.1)
+    alone = wishes_module._alone(task, 1).story.search
+    assert (alone.starts, alone.polish) == (9, 0)  # a third of the 29

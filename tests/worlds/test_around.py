@@ -17,6 +17,7 @@ from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import continued
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.world import GridWorld, build_world
+from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import CROWD, trajectory
@@ -43,9 +44,11 @@ def scripts(count: int, length: int) -> list[Trajectory]:
     return found
 
 
-def part_of(paths: list[Trajectory]) -> tuple[GridWorld, list[Trajectory]]:
+def part_of(
+    paths: list[Trajectory], watch: Watch | None = None
+) -> tuple[GridWorld, list[Trajectory]]:
     crowd = world("additive")
-    found = subject.around(crowd, (Viewer(crowd.spec),), paths)
+    found = subject.around(crowd, (Viewer(crowd.spec),), paths, watch)
     assert found is not None
     return found
 
@@ -166,6 +169,64 @@ def test_what_was_planned_last_is_begun_with_whatever_the_cache_holds(
     (file,) = tmp_path.rglob("around-*.npz")  # of one place at a time
     with np.load(file) as held:
         assert (held["mark"] != arrays["mark"]).any()
+
+
+FORGERIES = {
+    "larger than any": lambda array: array * 0 + 1e4,
+    "far larger": lambda array: array * 0 + 1e300,
+    "no number": lambda array: array * np.nan,
+    "text": lambda array: np.full(array.shape, "seven"),
+    "complex": lambda array: array.astype(complex),
+    "in half precision": lambda array: array.astype(np.float16),
+    "of another shape": lambda array: array[1:],
+}
+
+
+def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
+    monkeypatch.setattr(subject, "MOST_MOVES", 0)
+    first = part_of(scripts(1, 3))[0].tables.continuation
+    (file,) = tmp_path.rglob("around-*.npz")
+    with np.load(file) as held:
+        arrays = {key: held[key] for key in held.files}
+    for name, change in FORGERIES.items():
+        np.savez(file, **{key: a if key == "mark" else change(a) for key, a in arrays.items()})
+        said: list[str] = []
+        part, _ = part_of(scripts(1, 3), Watch(say=said.append))
+        (message,) = (line for line in said if "around-" in line)
+        assert message.endswith("does not fit the world; it is made again"), name
+        for ours, theirs in zip(part.tables.continuation, first, strict=True):
+            assert (ours == theirs).all()
+        with np.load(file) as held:
+            assert all((held[key] == array).all() for key, array in arrays.items())
+
+
+def test_an_entry_from_which_nothing_settles_is_said_and_made_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whatever is kept: also values of the right size."""
+    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
+    monkeypatch.setattr(subject, "MOST_MOVES", 0)
+    first = part_of(scripts(1, 3))[0].tables.continuation
+    usual, starts = value_iteration.solve, []
+
+    def refusing(*given: object, start: np.ndarray, **named: object) -> value_iteration.Solution:
+        starts.append(start)
+        if len(starts) == 1:
+            raise value_iteration.NotConverged("never")
+        return usual(*given, start=start, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(value_iteration, "solve", refusing)
+    said: list[str] = []
+    part, _ = part_of(scripts(1, 3), Watch(say=said.append))
+    assert any("is no plan of this part" in line for line in said)
+    for ours, theirs in zip(part.tables.continuation, first, strict=True):
+        assert (ours == theirs).all()
+    monkeypatch.setattr(value_iteration, "solve", usual)
+    again, _ = part_of(scripts(1, 3))
+    np.testing.assert_allclose(again.tables.continuation[1], first[1], atol=2e-3)
 
 
 def test_around_computed_states_all_is_as_around_listed_ones() -> None:

@@ -25,7 +25,7 @@ from i2pdsl.worlds.grid.dynamics import Dynamics, listed
 from i2pdsl.worlds.grid.following import successors
 from i2pdsl.worlds.grid.method import planned
 from i2pdsl.worlds.grid.packed import States
-from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of
+from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of, largest_value
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
@@ -156,27 +156,55 @@ def solve_around(
     """The exact plan of a part of a world, given additive values where it ends.
 
     What was planned last around scripts of the world is kept in the cache. Values are only begun
-    with: whatever the cache holds, they are as right as without it.
+    with: whatever the cache holds, they are as right as without it. An entry that holds no values
+    of the part, or such as nothing settles from, is said and made again.
 
     Args:
         plan: the additive one.
         part, numbers: see `cut_out`.
         inside: so many of the part's states are planned for.
     """
-    from i2pdsl.planning.value_iteration import solve
+    from i2pdsl.planning.value_iteration import NotConverged
 
     rules = rules_of(spec, dynamics, plan.keys, frames=False)
     tables = rules._replace(continuation=plan.continuation, terms=plan.terms)
     name, mark = f"around-{spec.planning_key}", _mark(plan, numbers, inside)
-    shapes = {f"continuation_{i}": (len(numbers), len(k)) for i, k in enumerate(plan.keys)}
-    kept = _kept(name, mark, shapes, watch.say)
-    known = kept and rules_of(spec, part, plan.keys, frames=False)._replace(continuation=kept)
+    kept = _kept(spec, name, mark, plan, len(numbers), watch.say)
+    given = spec, part, plan, tables, numbers, inside, watch
+    if kept is not None:
+        known = rules_of(spec, part, plan.keys, frames=False)._replace(continuation=kept)
+        try:
+            return _solved(*given, known)
+        except NotConverged:
+            store.refuse(name, "is no plan of this part", watch.say)
+    found = _solved(*given, None)
+    arrays = {f"continuation_{i}": values for i, values in enumerate(found.continuation)}
+    store.save(name, {"mark": mark, **arrays}, watch.say)
+    return found
+
+
+def _solved(
+    spec: GridSpec,
+    part: Dynamics,
+    plan: Plan,
+    tables: Tables,
+    numbers: np.ndarray,
+    inside: int,
+    watch: Watch,
+    known: Tables | None,
+) -> Plan:
+    """`solve_around`, beginning with the values in some tables of the part, or the additive ones.
+
+    Raises NotConverged.
+    """
+    from i2pdsl.planning.value_iteration import solve
+
     found: dict[int, np.ndarray] = {}
     residuals = []
     for who in map(spec.characters.index, spec.by_depth):
         problem = family_of(spec, part, who, plan.keys, found)
         start, problem = _ended(tables, who, part, numbers, inside, problem)
-        if known:
+        if known is not None:
             start[:inside] = model.action_values(known, who, np.arange(inside)).max(-2)
         tolerance = EXACT * (1 - spec.settings.gamma)
         report = watch.planning and partial(watch.planning, spec.characters[who].name)
@@ -191,8 +219,6 @@ def solve_around(
         found[who] = solution.continuation
         residuals.append(solution.residual)
     values = tuple(found[who] for who in range(len(plan.keys)))
-    if not known:
-        store.save(name, {"mark": mark, **dict(zip(shapes, values, strict=True))}, watch.say)
     return Plan(plan.keys, values, max(residuals), float("nan"))
 
 
@@ -205,21 +231,27 @@ def _mark(plan: Plan, numbers: np.ndarray, inside: int) -> np.ndarray:
 
 
 def _kept(
+    spec: GridSpec,
     name: str,
     mark: np.ndarray,
-    shapes: dict[str, tuple[int, int]],
+    plan: Plan,
+    states: int,
     say: Callable[[str], None] | None,
 ) -> tuple[np.ndarray, ...] | None:
-    """The values that the cache holds of a part, if it holds that part's."""
-    size = sum(8 * states * problems for states, problems in shapes.values())
-    found = store.load(name, say, size + 2**16)
+    """The values that the cache holds of a part, if it holds that part's, and none is larger than
+    any can be. Those where the part ends are sums of values of sub-worlds."""
+    found = store.load(name, say, 8 * states * sum(map(len, plan.keys)) + 2**16)
     if found is None or not np.array_equal(found.pop("mark", np.zeros(0)), mark):
         return None
-    right = all(
-        key in found and found[key].shape == shape and np.isfinite(found[key]).all()
-        for key, shape in shapes.items()
-    )
-    return tuple(found[key] for key in shapes) if right else None
+    values = [found.get(f"continuation_{i}", np.zeros(0)) for i in range(len(plan.keys))]
+    for who, (array, problems) in enumerate(zip(values, plan.keys, strict=True)):
+        terms = 1.0 if plan.terms is None else float(np.abs(plan.terms[who].sign).sum())
+        most = (1 + EXACT) * max(1.0, terms) * largest_value(spec, who)
+        right = array.shape == (states, len(problems)) and array.dtype == np.float64
+        if not (right and bool((np.abs(array) <= most).all())):  # of what is no number never
+            store.refuse(name, "does not fit the world", say)
+            return None
+    return tuple(map(np.ascontiguousarray, values))
 
 
 def _ended(

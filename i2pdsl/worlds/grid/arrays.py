@@ -46,8 +46,8 @@ class Tables(NamedTuple):
         against: what each character expects of those who act together with it; else None.
         policies: for each character log P(a | s, H), [F * S, A, O, H]; None where that is made of
             the values whenever it is asked for.
-        by_problem: for each character the hypotheses of each of its problems, and last those where
-            it is irrational, one-hot [O, P + 1, H], for searches without `policies`; else empty.
+        by_problem: for each character its problems, for searches without `policies`; empty where
+            they would save nothing.
         holdings: the particles or factors of each observer (None of who lists all hypotheses);
             empty where everybody lists them.
         terms: for each character, of what its values are the sum, where they are additive: then
@@ -77,10 +77,24 @@ class Tables(NamedTuple):
     layer: Array | None = None
     against: tuple[tuple[Against, ...], ...] | None = None
     policies: tuple[Array, ...] | None = None
-    by_problem: tuple[Array, ...] = ()
+    by_problem: tuple[Problems, ...] = ()
     holdings: tuple[HoldingTables | None, ...] = ()
     terms: tuple[Terms, ...] | None = None
     packed: Packed | None = None
+
+
+class Problems(NamedTuple):
+    """What a character may act by, as each observer sees it; Q is 0 where that would save nothing
+    (programs are kept by shapes, so it is told by these).
+
+    Attributes:
+        columns [O, Q]: of its P problems those that an observer knows of, and last P: that it is
+            irrational. P again where others know of more.
+        hypotheses [O, Q, H]: those of each, one-hot; none of such a repetition.
+    """
+
+    columns: Array
+    hypotheses: Array
 
 
 class Terms(NamedTuple):

@@ -235,7 +235,7 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
     place = here
     effects: list[list[int]] = []
     rows: list[Array] = []
-    problems: list[ByProblem] = []
+    problems: list[ByProblem | None] = []
     valid: Array = True
     chance: Array = 1.0
 
@@ -260,9 +260,13 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
         if moves.weak[who]:
             row = row[..., chosen, :, :]
         if tables.by_problem:
-            known = _with_irrational(tables, who, log_softmax(tables, who, seen))
-            known = of_outcomes(known)[..., chosen, :]
-            problems.append(ByProblem(placed(known, 1), tables.by_problem[who]))
+            columns, hypotheses = tables.by_problem[who]
+            by = None
+            if columns.size:
+                known = _with_irrational(tables, who, log_softmax(tables, who, seen))
+                known = of_outcomes(known)[..., chosen, :][..., columns]
+                by = ByProblem(placed(known, 2), hypotheses)
+            problems.append(by)
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
         able = xp.stack([moved[..., a] | ok for a, ok in outcomes], axis=-1)

@@ -276,6 +276,11 @@ def _largest_reward(spec: GridSpec, who: int) -> float:
     return own * (1 + sum(max(map(abs, values)) for _, values in c.attitudes))
 
 
+def largest_value(spec: GridSpec, who: int) -> float:
+    """What no value of a character can exceed, whatever its sign."""
+    return _far(spec) * _largest_reward(spec, who)
+
+
 def _bound(spec: GridSpec, residuals: list[float], found: tuple[np.ndarray, ...]) -> float:
     """How far the values may be from the truth: each from the solution of its own equation, and
     a modeller's also because others' policies are those of values not quite right.

@@ -19,6 +19,7 @@ from i2pdsl.worlds.grid import features, model
 from i2pdsl.worlds.grid.arrays import (
     Against,
     Moves,
+    Problems,
     Tables,
     arrangement,
     cells_at,
@@ -65,6 +66,9 @@ MOST_POLICY_BYTES = 600 * 2**20
 POLICIES_AT_ONCE = 2048  # states: all sizes of tables are multiples of it (arrays.padded)
 FEW_POLICIES = 10**7  # numbers that are there sooner if a slower program makes them
 
+# Products of matrices, problems x hypotheses for each child, save a likelihood and a logarithm for
+# each hypothesis: measured, of no more problems, and where each stands for some hypotheses.
+MOST_PROBLEMS, EACH_STANDS_FOR = 64, 2
 LEAST_DOUBT = 1e-9  # forgotten after each action: in single precision far from 0 for all hypotheses
 
 
@@ -366,13 +370,26 @@ class GridWorld:
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
-def by_problem(tables: Tables) -> tuple[np.ndarray, ...]:
-    """For each character the hypotheses of each of its problems, one-hot [O, P + 1, H]."""
-    problems = (np.arange(len(beta) + 1) for beta in tables.sharpness)
-    return tuple(
-        (column[:, None] == each[:, None]).astype(float)
-        for column, each in zip(tables.columns, problems, strict=True)
-    )
+def by_problem(tables: Tables, most: int | None = None) -> tuple[Problems, ...]:
+    """The problems of each character, as each observer sees them, if none knows of more than so
+    many; by default, of so many as save something. Empty where the last has more: before it acts,
+    branches are few."""
+    if most is None:
+        most = min(MOST_PROBLEMS, tables.log_prior.shape[-1] // EACH_STANDS_FOR)
+    found = []
+    for column, beta in zip(tables.columns, tables.sharpness, strict=True):
+        irrational = len(beta)
+        own = [np.union1d(row, [irrational]) for row in column]
+        count = max(map(len, own))
+        if count > most:
+            own, count = [], 0
+        columns = np.full((len(column), count), irrational)
+        hypotheses = np.zeros((*columns.shape, column.shape[-1]))
+        for o, problems in enumerate(own):
+            columns[o, : len(problems)] = problems
+            hypotheses[o, : len(problems)] = column[o] == problems[:, None]
+        found.append(Problems(columns, hypotheses))
+    return tuple(found) if found[-1].columns.size else ()
 
 
 def with_policies(tables: Tables, count: int) -> Tables:
