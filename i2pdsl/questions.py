@@ -17,10 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.answers import optional
+from i2pdsl.audience.holding import way_of
 from i2pdsl.errors import Diagnostic, Source, StoryError
 from i2pdsl.folders import script_files
 from i2pdsl.language import typed as ty
+from i2pdsl.language.addends import addends
 from i2pdsl.language.check import TypedQuery, check_query
+from i2pdsl.language.forms import BY_NAME
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import Audience, Observer, watching
@@ -55,6 +58,7 @@ COLUMNS = np.dtype(
     ]
 )
 AT_ONCE = 4096  # frames that are replayed side by side: more is not faster, and takes memory
+NUMBERS_AT_ONCE = 1 << 22  # at which a question looks there, where hypotheses are not listed
 
 
 class Table(np.recarray):
@@ -322,7 +326,8 @@ def _judged(
     told = [(q, v) for q, v in asked if found.whole or not q.appends]
     far, off = 0.0, [0.0] * len(told)
     first = 0
-    for one, other in zip(_pieces(paths), _pieces(found.paths), strict=True):
+    count = min(_together(each, queries) for each in (world, found.world))
+    for one, other in zip(_pieces(paths, count), _pieces(found.paths, count), strict=True):
         ours, theirs = _replayed(world, one), _replayed(found.world, other)
         far = max(far, float(apart(world.vocabulary, ground.assumption, ours, theirs, spans).max()))
         for number, (query, value) in enumerate(told):
@@ -352,15 +357,29 @@ def _values(
     """The value of each question over all paths, [N], [N, n_t], [N, V] or [N, n_t, V]."""
     found: list[list[np.ndarray]] = []
     within = any(looks_within(query.value) for query in queries)
-    for piece in _pieces(paths):
+    for piece in _pieces(paths, _together(world, queries)):
         frames = _replayed(world, piece, within)
         found.append([evaluate_many(world, frames, q.value, q.times) for q in queries])
     return [np.concatenate(parts) for parts in zip(*found, strict=True)]
 
 
-def _pieces(paths: Sequence[Trajectory]) -> list[Sequence[Trajectory]]:
-    """Paths of one length, as many at a time as are replayed side by side."""
-    size = max(1, AT_ONCE // len(paths[0].states))
+def _together(world: World, queries: Sequence[TypedQuery]) -> int:
+    """How many frames are replayed, and asked about, side by side."""
+    every = [
+        part
+        for query in queries
+        for node in ty.walk(query.value)
+        if isinstance(node, ty.Belief) and BY_NAME[node.form].about == "quantity"
+        for part in addends(node.about)
+    ]
+    held = [each for each in world.holdings(world.tables) if each is not None]
+    asked = (way_of(each).asked(each, part) for each in held for part in (*every, ()))
+    return min(AT_ONCE, NUMBERS_AT_ONCE // max(asked, default=1))
+
+
+def _pieces(paths: Sequence[Trajectory], count: int) -> list[Sequence[Trajectory]]:
+    """Paths of one length, at a time as many as have so many frames."""
+    size = max(1, count // len(paths[0].states))
     return [paths[first : first + size] for first in range(0, len(paths), size)]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import jax
@@ -13,14 +13,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from i2pdsl import questions
 from i2pdsl.audience import factors
 from i2pdsl.audience.factors import Factors, FactorTables
 from i2pdsl.audience.filter import update
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import check_query
 from i2pdsl.language.priors import factorises
+from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import default_assumption
+from i2pdsl.language.story import USUAL, Audience, default_assumption
+from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.many import evaluate_many
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.stories import Story
@@ -32,6 +35,7 @@ from i2pdsl.worlds.grid.planning import solve
 from i2pdsl.worlds.grid.problems import problem_keys, problem_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
+from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
 
 FRAMES = 5
@@ -93,10 +97,11 @@ def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:
     return np.array(states), np.array(actions)
 
 
-def told(world: GridWorld, asked: str) -> np.ndarray:
+def told(world: GridWorld, asked: str, audiences: tuple[Audience, ...] = (USUAL,)) -> np.ndarray:
     words = world.vocabulary
     rational = default_assumption(words)
-    query = check_query(Source("q", asked), words, Module(Source("m", "")), FRAMES, rational)
+    nowhere = Module(Source("m", ""))
+    query = check_query(Source("q", asked), words, nowhere, FRAMES, rational, None, audiences)
     seen = replay(world, *random_script(listed()))
     one = np.asarray(evaluate(world, seen, query.value, query.times))
     many = seen.each(lambda part: np.stack([part, part]))
@@ -121,6 +126,7 @@ def told(world: GridWorld, asked: str) -> np.ndarray:
         "suspense(G_ghost | script[:t])",
         "E[V(knight) | script[:t]]",
         "E[V(princess) * V(ghost) - rho_knight_princess | script[:t], rho_knight_princess > 0]",
+        "E[2 * (V(knight) - V(ghost) / 4) + V(knight) * V(ghost) + 1 | script[:t], G_ghost = lake]",
     ],
 )
 def test_without_forgetting_factors_are_the_belief_over_all_hypotheses(
@@ -131,6 +137,29 @@ def test_without_forgetting_factors_are_the_belief_over_all_hypotheses(
     assert isinstance(tables, FactorTables)
     assert tables.size == 63
     ours, theirs = told(world, asked), told(listed(), asked)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-9)
+    assert np.ptp(theirs) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "E[V(knight) @ script[1] | script[:t]]",
+        "E[V(knight) - V(ghost) @ script[t-1] | script[:t]]",
+        "E[V(princess) @ script[2] | script[:T]] + t",
+        "E[V(ghost) @ script[t] | script[:2], rho_knight_princess > 0]",
+    ],
+)
+def test_what_might_be_hoped_for_in_an_earlier_frame(few: None, asked: str) -> None:
+    """What was hidden then is hidden now; where everybody stood is that frame's."""
+    world = built(spec_of(asked=ASKED, forgetting=0.0))
+    audience = check_audience(
+        Source("audience", "bayesian(forgetting = 0)"),
+        world.vocabulary,
+        Module(Source("m", "")),
+        (),
+    )
+    ours, theirs = told(world, asked, audience), told(listed(), asked, audience)
     np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-9)
     assert np.ptp(theirs) > 1e-3
 
@@ -225,7 +254,7 @@ def one_factor(size: int, forgetting: float) -> FactorTables:
     every = np.arange(size)
     return FactorTables(
         even, (), Factors(even, ()), np.array(forgetting * size / (size - 1)), (every,), (every,),
-        (), (), np.eye(size), every, every,
+        (), (), np.eye(size), every[:, None], every, every,
     )  # fmt: skip
 
 
@@ -240,16 +269,105 @@ def test_one_factor_is_forgotten_as_a_list_is() -> None:
         np.testing.assert_allclose(factors.belief(tables, held), np.exp(belief[0]), rtol=1e-12)
 
 
-def test_nothing_gets_too_improbable_in_single_precision() -> None:
-    single = lambda part: jnp.asarray(part, jnp.float32) if part.dtype == float else part
-    tables = jax.tree.map(single, one_factor(3, 0.0))
-    held = factors.begun(tables)
-    for row in ([0.0, -900.0, -3.0], [0.0, -900.0, -3.0], [-200.0, 0.0, -3.0]):
-        held = factors.seen_by(tables, held, 0, jnp.array(row, jnp.float32))
-        belief = np.asarray(factors.belief(tables, held))
+def star(count: int, size: int) -> FactorTables:
+    """Of one who is modelled, and of `count` others beside him, of `size` minds each, of whom two
+    of those who are modelled look alike."""
+    classes = np.maximum(np.arange(size) - 1, 0)
+    groups = np.array([[0, 1], *([n, size] for n in range(2, size))])
+    even = np.full(size, 1 / size), np.full((size, size), 1 / size)
+    every, pairs = np.arange(size), np.arange(size * size)
+    begun = Factors(even[0], (even[1],) * count)
+    rows = np.arange((size - 1) * size**count)
+    row_of = rows.reshape(*(size,) * count, size - 1)[..., classes]
+    return FactorTables(
+        *begun, begun, np.array(0.0), (every, *(pairs.reshape(size, size),) * count),
+        (every, *(pairs,) * count), (every,) * count, (np.eye(size),) * count,
+        np.eye(size - 1)[classes], groups, rows, row_of,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [0, 3])
+@pytest.mark.parametrize("kind", ["float32", "float64"])
+def test_nothing_gets_too_improbable(count: int, kind: str) -> None:
+    """What all have seen to be all but impossible can still be a condition."""
+    xp = jnp if kind == "float32" else np
+    change = lambda part: xp.asarray(part, kind if part.dtype == float else None)
+    tables = jax.tree.map(change, star(count, 3))
+    within = np.zeros((*(3,) * count, 2), bool)
+    within[(0,) * (count + 1)] = within[(*(1,) * count, 0)] = True
+    mask = xp.asarray(within.reshape(-1))
+
+    def row(u: int, likes: list[float]) -> np.ndarray:
+        return xp.asarray(likes if u == 0 else likes * 3, kind)
+
+    for likes in ([-900.0, -905.0, 0.0], [-80.0, -85.0, 0.0], [-2.0, 0.0, -300.0]):
+        held = factors.begun(tables)
+        for _ in range(3):
+            for u in range(count + 1):
+                asked = tables, held, u, row(u, likes)
+                assert np.isfinite(factors.likely(*asked)).all()
+                ones = xp.ones(len(tables.columns[u]), kind)
+                mean = factors.mean(*asked[:3], ones, mask)
+                assert float(mean) == pytest.approx(1, abs=1e-4)
+                held = factors.seen_by(*asked)
+        belief = factors.log_belief(tables, held)
         assert np.isfinite(belief).all()
-        assert (belief > 0).all()
-        assert belief.sum() == pytest.approx(1, abs=1e-5)
+        assert np.exp(belief).sum() == pytest.approx(1, abs=1e-4)
+        shape = [(1,) * u + (1,) + (1,) * (count - u) for u in range(count + 1)]
+        rows = tuple(row(u, likes).reshape(*shape[u], -1) for u in range(count + 1))
+        quantity = partial(factors.Points.of_rows, values=belief)
+        expected = factors.expectation(tables, held, mask, quantity, ())
+        chance, after = factors.ahead(tables, held, rows, mask)
+        begun = factors.begun(tables)
+        for found in (
+            chance,
+            after,
+            expected,
+            factors.entropy(tables, held, mask),
+            factors.divergence(tables, begun, held, mask),
+        ):
+            assert np.isfinite(found).all()
+
+
+def test_what_is_all_but_impossible_is_known_exactly_in_single_precision() -> None:
+    """Each of five is thought to be of a sort that he cannot be: what of it he is, is known."""
+    double = star(4, 3)
+    single = jax.tree.map(
+        lambda part: jnp.asarray(part, jnp.float32 if part.dtype == float else None), double
+    )
+    helds = [factors.begun(double), factors.begun(single)]
+    for _ in range(6):
+        for u in range(5):
+            row = np.array([-9.0, -8.8, 0.0] * (1 if u == 0 else 3))
+            helds = [
+                factors.seen_by(double, helds[0], u, row),
+                factors.seen_by(single, helds[1], u, jnp.asarray(row, jnp.float32)),
+            ]
+    one, other = (
+        factors.log_belief(tables, held)
+        for tables, held in zip((double, single), helds, strict=True)
+    )
+    assert one.min() < -220  # beyond the numbers of single precision
+    np.testing.assert_allclose(other, one, rtol=1e-4, atol=1e-3)
+
+
+def test_products_and_logs_say_the_same() -> None:
+    generator, tables = np.random.default_rng(3), star(2, 4)
+    held, mask = factors.begun(tables), np.arange(48) % 5 < 2
+    for u in (0, 1, 2, 0, 1, 2):
+        row, values = generator.normal(size=(2, len(tables.columns[u]))) * 2
+        for doubted, logs in (
+            (np.log(factors.belief(tables, held)), factors.log_belief(tables, held)),
+            tuple(factors.likely(tables, held, u, row, doubts) for doubts in (True, False)),
+            tuple(factors.mean(tables, held, u, values, mask, doubts) for doubts in (True, False)),
+        ):
+            np.testing.assert_allclose(doubted, logs, rtol=1e-9, atol=1e-12)
+        held = factors.seen_by(tables, held, u, row)
+
+
+def test_a_search_holds_logs_where_products_may_be_too_small(few: None) -> None:
+    for forgetting, doubts in ((0.0, False), (1e-12, False), (0.001, True)):
+        assert built(spec_of(asked=ASKED, forgetting=forgetting)).keeps_doubt == doubts
 
 
 def test_products_are_told_from_other_weights() -> None:
@@ -356,8 +474,65 @@ def test_to_who_forgets_nothing_what_is_so_was_so(tmp_path: Path) -> None:
         now, back = (script.query(asked.replace("AT", at)) for at in ("", " @ script[1]"))
         np.testing.assert_array_equal(now, back)
         assert np.ptp(now) > 1e-3
+    with pytest.raises(StoryError, match="`V` needs the end of a frame"):
+        script.query("E[V(knight) @ script[0] | script[:t, knight]]")
     with pytest.raises(StoryError, match="to viewers who forget nothing what is so was so"):
         script.query("P(G_princess @ script[1] | script[:t])", audience="bayesian")
+
+
+def test_of_a_sum_of_values_one_is_told_apart_at_a_time(
+    few: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world = built(spec_of(asked=ASKED, forgetting=0.0))
+    sizes = world.vocabulary.factor_sizes
+    assert sizes is not None
+    (tables,) = world.tables.holdings
+    assert isinstance(tables, FactorTables)
+    assert sizes.probabilities == tables.size
+    assert sizes.points() == tables.row_of.size
+    assert sizes.points({0}) == tables.points({0}) < sizes.points({0, 1})
+    points = sizes.points({0, 1})
+    looked: list[int] = []
+    asked_of = factors.Points.of_problems
+
+    def noted(self: factors.Points, who: int, values: np.ndarray) -> np.ndarray:
+        found = asked_of(self, who, values)
+        looked.append(found.shape[-1])
+        return found
+
+    monkeypatch.setattr(factors.Points, "of_problems", noted)
+    told(world, "E[V(knight) - 2 * (V(ghost) + V(princess)) | script[:t]]")
+    assert max(looked) == max(sizes.points({0}), sizes.points({1})) < points
+    told(world, "E[V(knight) * V(ghost) | script[:t]]")
+    assert max(looked) == points
+    monkeypatch.setattr("i2pdsl.language.beliefs.MOST_POINTS", points - 1)
+    told(world, "E[V(knight) + V(ghost) | script[:t]]")
+    with pytest.raises(StoryError, match=f"{points} ways .* the most is {points - 1}"):
+        told(world, "E[V(knight) * V(ghost) | script[:t]]")
+
+
+@pytest.mark.parametrize("audience", [None, "particles(count = 50, seed = 1)"])
+def test_many_scripts_are_asked_about_in_pieces_that_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, audience: str | None
+) -> None:
+    scripts = list(four(tmp_path, WISH).sample(3).scripts)
+    asked = "E[V(knight) * V(ghost) | script[:t]]"
+    whole = questions.query(scripts, asked, audience)["value"]
+    seen = []
+    replayed = questions._replayed
+
+    def noted(world: GridWorld, paths: list[Trajectory], *more: bool) -> Frame:
+        seen.append(len(paths))
+        return replayed(world, paths, *more)
+
+    monkeypatch.setattr(questions, "_replayed", noted)
+    questions.query(scripts, asked, audience)
+    assert seen[0] == 3
+    seen.clear()
+    monkeypatch.setattr(questions, "NUMBERS_AT_ONCE", 1)
+    pieces = questions.query(scripts, asked, audience)["value"]
+    assert set(seen) == {1}
+    np.testing.assert_allclose(whole, pieces)
 
 
 @pytest.mark.slow

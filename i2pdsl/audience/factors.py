@@ -18,7 +18,9 @@ own share of an even belief U over all H hypotheses that he thinks possible,
 
 e' = e H / (H - 1). Each of m and h_i is then forgotten as fast as `filter.update` would have it;
 what is known of them together a bit faster. Without forgetting it is the same belief, but for a
-share of LEAST that is forgotten all the same, so that nothing gets too improbable to be held.
+share of LEAST that is forgotten all the same, so that no factor gets too improbable to be held.
+Products of factors may be: they are taken in logs, which takes longer, where too little is
+forgotten for them to be held (FactorTables.doubts).
 
 What is asked is asked of *points*: m, and of each h_i only its class, which is what expressions
 tell apart (or h_i itself, where a question is about its values). NumPy and JAX arrays alike;
@@ -28,12 +30,15 @@ observed actions in a frame, Q problems of who acts.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
+from i2pdsl.audience.filter import log_sum
+
 Array = Any
 
-LEAST = {"float32": 1e-20, "float64": 1e-100}  # of a factor, whoever forgets however little
+LEAST = {"float32": 1e-30, "float64": 1e-200}  # of a factor, whoever forgets however little
 UNLIKELY = {"float32": -60.0, "float64": -600.0}  # log of the probability that any action has
 
 
@@ -69,6 +74,7 @@ class FactorTables(NamedTuple):
         class_of: the class of each h_i, [K] each.
         classes: the same one-hot, [K, C] each.
         groups: the class of each m, one-hot [M, G].
+        members: the m of each class, [G, L]; M where there are fewer.
         rows: the place of each row among the C_1 x ... x C_k x G combinations of classes, [H].
         row_of: the row of each point, [C_1, ..., C_k, M]; H where there is none.
     """
@@ -82,6 +88,7 @@ class FactorTables(NamedTuple):
     class_of: tuple[Array, ...]
     classes: tuple[Array, ...]
     groups: Array
+    members: Array
     rows: Array
     row_of: Array
 
@@ -89,6 +96,19 @@ class FactorTables(NamedTuple):
     def size(self) -> int:
         """How many probabilities are held."""
         return int(self.common.size + sum(own.size for own in self.own))
+
+    @property
+    def doubts(self) -> bool:
+        """Whether everything is forgotten so fast that, in single precision, no hypothesis gets too
+        improbable: of H or fewer, each is as probable as (e' to the power of k + 1) / H."""
+        most = self.common.size * math.prod(own.shape[-1] for own in self.own)
+        return bool(self.anew ** (1 + len(self.own)) / most >= LEAST["float32"])
+
+    def points(self, told: Collection[int | None]) -> int:
+        """How many a question looks at that tells all h_i of some apart."""
+        sizes = zip(self.class_of, self.row_of.shape, strict=False)
+        each = [len(own) if i in told else classes for i, (own, classes) in enumerate(sizes)]
+        return self.common.shape[-1] * math.prod(each)
 
     def factor(self, u: int) -> int | None:
         """Which h_i the u-th observed action of a frame depends on; None where on m alone."""
@@ -120,14 +140,28 @@ def seen_by(tables: FactorTables, held: Factors, u: int, row: Array) -> Factors:
 
 def _joint(tables: FactorTables, held: Factors, u: int, row: Array) -> Factors:
     """The factors, not normalised, together with what was observed u-th."""
-    xp = row.__array_namespace__()
-    likely = xp.exp(xp.maximum(row[..., tables.columns[u]], UNLIKELY[str(row.dtype)]))
-    likely, i = likely[..., tables.problems[u]], tables.factor(u)
+    likely, i = _probability(tables, u, row), tables.factor(u)
     if i is None:
         return held._replace(common=held.common * likely)
     own = list(held.own)
     own[i] = own[i] * likely
     return held._replace(own=tuple(own))
+
+
+def _probability(tables: FactorTables, u: int, row: Array) -> Array:
+    """P of what was observed u-th of each m, or of each h_i beside it: [..., M] or [..., M, K]."""
+    xp = row.__array_namespace__()
+    return xp.exp(xp.maximum(_of_problems(tables, u, row), UNLIKELY[str(row.dtype)]))
+
+
+def _of_points(tables: FactorTables, held: Factors, u: int, row: Array) -> Array:
+    """P of what was observed u-th of each point, broadcastable to [..., C_1, ..., C_k, M]. It is
+    not a quotient of two products: these may be too small to be held where it is not."""
+    likely, i, count = _probability(tables, u, row), tables.factor(u), len(held.own)
+    if i is None:
+        return likely[(..., *(None,) * count, slice(None))]
+    inner = _within(tables, i, held.own[i], _by_class(tables, i, held.own[i]))
+    return _along(_by_class(tables, i, inner * likely), i, count)
 
 
 def _of_problems(tables: FactorTables, u: int, values: Array) -> Array:
@@ -147,11 +181,19 @@ def _classes(tables: FactorTables, held: Factors) -> tuple[Array, ...]:
     return tuple(_by_class(tables, i, own) for i, own in enumerate(held.own))
 
 
-def _points(common: Array, parts: tuple[Array, ...]) -> Array:
+def _products(common: Array, parts: tuple[Array, ...]) -> Array:
     """P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
     found = common[(..., *(None,) * len(parts), slice(None))]
     for i, part in enumerate(parts):
         found = found * _along(part, i, len(parts))
+    return found
+
+
+def _points(common: Array, parts: tuple[Array, ...]) -> Array:
+    """log P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
+    found = log_of(common)[(..., *(None,) * len(parts), slice(None))]
+    for i, part in enumerate(parts):
+        found = found + _along(log_of(part), i, len(parts))
     return found
 
 
@@ -164,7 +206,7 @@ def _along(part: Array, i: int, count: int) -> Array:
 
 def belief(tables: FactorTables, held: Factors) -> Array:
     """P of each row, the sum over its points: [..., H]."""
-    points = _points(held.common, _classes(tables, held))
+    points = _products(held.common, _classes(tables, held))
     lead = points.shape[: points.ndim - tables.row_of.ndim]
     groups, flat = tables.groups, points.reshape(*lead, -1, len(tables.groups))
     if groups.shape[0] != groups.shape[1]:
@@ -172,36 +214,77 @@ def belief(tables: FactorTables, held: Factors) -> Array:
     return points.__array_namespace__().take(flat.reshape(*lead, -1), tables.rows, axis=-1)
 
 
-def likely(tables: FactorTables, held: Factors, u: int, row: Array) -> Array:
+def log_belief(tables: FactorTables, held: Factors) -> Array:
+    """The logarithm of it, also where it is too improbable for a number, [..., H]."""
+    return _rows(tables, _points(held.common, _classes(tables, held)))
+
+
+def _rows(tables: FactorTables, points: Array) -> Array:
+    """log P of each row, [..., H], of that of points."""
+    xp = points.__array_namespace__()
+    lead, count = points.shape[: points.ndim - tables.row_of.ndim], points.shape[-1]
+    if tables.members.shape != (count, 1):
+        nothing = xp.full((*points.shape[:-1], 1), -xp.inf, points.dtype)
+        padded = xp.concatenate([points, nothing], axis=-1)
+        points = log_sum(xp.take(padded, tables.members, axis=-1))
+    return xp.take(points.reshape(*lead, -1), tables.rows, axis=-1)
+
+
+def likely(tables: FactorTables, held: Factors, u: int, row: Array, doubts: bool = False) -> Array:
     """log P(what is observed u-th | row) of each row, [..., H]; of an impossible one what is
-    expected without it."""
-    before, after = belief(tables, held), belief(tables, _joint(tables, held, u, row))
-    xp = before.__array_namespace__()
-    possible = before > 0
-    ratio = xp.where(possible, after, 0.0) / xp.where(possible, before, 1.0)
-    return _log(xp.where(possible, ratio, after.sum(-1, keepdims=True)))
+    expected without it.
+
+    Args:
+        doubts: whether no row is too improbable to be held.
+    """
+    if doubts:
+        of = belief(tables, held), belief(tables, _joint(tables, held, u, row))
+        xp, there = row.__array_namespace__(), of[0] > 0
+        ratio = xp.where(there, of[1], 0.0) / xp.where(there, of[0], 1.0)
+        return log_of(xp.where(there, ratio, of[1].sum(-1, keepdims=True)))
+    points, each = _points(held.common, _classes(tables, held)), _of_points(tables, held, u, row)
+    xp, joint = points.__array_namespace__(), points + log_of(each)
+    before, after = _rows(tables, points), _rows(tables, joint)
+    possible = before > -xp.inf
+    ratio = xp.where(possible, after, 0.0) - xp.where(possible, before, 0.0)
+    expected = log_sum(joint.reshape(*joint.shape[: joint.ndim - tables.row_of.ndim], -1))
+    return xp.where(possible, ratio, expected[..., None])
 
 
-def _log(share: Array) -> Array:
+def log_of(share: Array) -> Array:
     """The logarithm, -inf of 0."""
     xp = share.__array_namespace__()
     return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
 
 
 def _inside(points: Array, within: Array, row: Array) -> Array:
-    """P of each of the points that are in some rows [H], given that one of these holds."""
+    """log P of each of the points that are in some rows [H], given that one of these holds."""
     xp = points.__array_namespace__()
     there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
-    held = xp.where(there, points, 0.0)
-    return held / held.sum(tuple(range(-row.ndim, 0)), keepdims=True)
+    held = xp.where(there, points, -xp.inf)
+    total = log_sum(held.reshape(*held.shape[: held.ndim - row.ndim], -1))
+    return held - total[(..., *(None,) * row.ndim)]
 
 
-def mean(tables: FactorTables, held: Factors, u: int, values: Array, within: Array) -> Array:
+def mean(
+    tables: FactorTables,
+    held: Factors,
+    u: int,
+    values: Array,
+    within: Array,
+    doubts: bool = False,
+) -> Array:
     """The expectation of what is known of each problem of who acts u-th, [..., Q'], within some
-    rows [H]: [...]."""
+    rows [H]: [...]; `doubts` as of `likely`."""
     xp, i = values.__array_namespace__(), tables.factor(u)
     parts, found = _classes(tables, held), _of_problems(tables, u, values)
-    weights = _inside(_points(held.common, parts), within, tables.row_of)
+    if doubts:
+        points, row = _products(held.common, parts), tables.row_of
+        there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
+        points = xp.where(there, points, 0.0)
+        weights = points / points.sum(tuple(range(-row.ndim, 0)), keepdims=True)
+    else:
+        weights = xp.exp(_inside(_points(held.common, parts), within, tables.row_of))
     if i is None:
         return (weights.sum(_but(len(parts))) * found).sum(-1)
     inner = _within(tables, i, held.own[i], parts[i])
@@ -237,13 +320,13 @@ def ahead(
         tuple(own[(..., *turns, slice(None), slice(None))] for own in held.own),
     )
     xp = mask.__array_namespace__()
-    within = lambda share: xp.where(mask, share, 0.0).sum(-1)
     total: Any = 0.0
     for u, row in enumerate(log_rows):
-        joint = _joint(tables, held, u, row)
-        total = total + _log(within(belief(tables, joint)) / within(belief(tables, held)))
+        inside = _inside(_points(held.common, _classes(tables, held)), mask, tables.row_of)
+        found = xp.exp(inside) * _of_points(tables, held, u, row)
+        total = total + log_of(found.sum(tuple(range(-tables.row_of.ndim, 0))))
         held = seen_by(tables, held, u, row)
-    after = _log(belief(tables, held))
+    after = log_belief(tables, held)
     shape = xp.broadcast_shapes(total.shape, after.shape[:-1])
     return xp.broadcast_to(total, shape), xp.broadcast_to(after, (*shape, after.shape[-1]))
 
@@ -268,7 +351,7 @@ def expectation(
         parts.append(own if i in told else _by_class(tables, i, own))
         if i in told:
             row = xp.take(row, tables.class_of[i], axis=i)
-    weights = _inside(_points(held.common, tuple(parts)), mask, row)
+    weights = xp.exp(_inside(_points(held.common, tuple(parts)), mask, row))
     weights = weights.reshape(*weights.shape[: weights.ndim - row.ndim], -1)
     values = quantity(Points(tables, row))
     found: Array = (weights * xp.where(weights > 0, values, 0.0)).sum(-1)
@@ -313,15 +396,18 @@ def divergence(tables: FactorTables, first: Factors, second: Factors, mask: Arra
 def _expected_log(tables: FactorTables, held: Factors, other: Factors, mask: Array) -> Array:
     """E[log P(hypothesis | mask)] of another belief, [...]."""
     parts, others = _classes(tables, held), _classes(tables, other)
-    share, of = (
+    log_share, log_other = (
         _inside(_points(each.common, classes), mask, tables.row_of)
         for each, classes in ((held, parts), (other, others))
     )
-    found = _times_log(share, of).sum(tuple(range(-tables.row_of.ndim, 0)))
+    xp = log_share.__array_namespace__()
+    share = xp.exp(log_share)
+    each = share * xp.where(share > 0, log_other, 0.0)
+    found = each.sum(tuple(range(-tables.row_of.ndim, 0)))
     for i in range(len(parts)):
         inner = _within(tables, i, held.own[i], parts[i])
         left = _times_log(inner, _within(tables, i, other.own[i], others[i])) @ tables.classes[i]
-        swapped = left.__array_namespace__().swapaxes(left, -1, -2)
+        swapped = xp.swapaxes(left, -1, -2)
         found = found + (share.sum(_but(len(parts), i)) * swapped).sum((-2, -1))
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
 from i2pdsl.audience import factors, foresight, particles, renewal
@@ -20,16 +20,21 @@ class Way(NamedTuple):
     in particles.py, or factors.py.
 
     Attributes:
+        belief, log_belief: of rows, as probabilities or as their logs.
         over: what he holds when a frame is over.
         entropy, divergence: of all hypotheses; None where what he holds does not tell.
+        doubts: whether no row can get too improbable for single precision.
         stands_on: on how many hypotheses his belief stands; infinity if on all.
         numbers: how many numbers he holds, what a question needs for a moment among them.
+        asked: how many a question looks at in each frame that is about the values of those who act
+            u-th, at most.
         kept: how many are kept of each frame, where all are remembered.
         carried: how many a script has besides, from frame to frame.
     """
 
     begun: Callable[..., Any]
     belief: Callable[..., Array]
+    log_belief: Callable[..., Array]
     likely: Callable[..., Array]
     mean: Callable[..., Array]
     seen_by: Callable[..., Any]
@@ -38,8 +43,10 @@ class Way(NamedTuple):
     expectation: Callable[..., Array]
     entropy: Callable[..., Array] | None
     divergence: Callable[..., Array] | None
+    doubts: Callable[[Any], bool]
     stands_on: Callable[[Any], float]
     numbers: Callable[[Any], int]
+    asked: Callable[[Any, Collection[int]], int]
     kept: Callable[[Any], int]
     carried: Callable[[Any], int]
 
@@ -48,22 +55,26 @@ _WAYS: dict[type, Way] = {
     SwarmTables: Way(
         particles.begun,
         particles.belief,
-        particles.likely,
-        particles.mean,
+        lambda tables, held: factors.log_of(particles.belief(tables, held)),
+        lambda tables, held, u, row, _: particles.likely(tables, held, u, row),
+        lambda tables, held, u, values, mask, _: particles.mean(tables, held, u, values, mask),
         particles.seen_by,
         renewal.after_frame,
         foresight.ahead,
         lambda tables, held, mask, quantity, _: foresight.expectation(tables, held, mask, quantity),
         None,
         None,
+        lambda tables: True,
         lambda tables: float(len(tables.first)),
         lambda tables: len(tables.first),
+        lambda tables, _: 2 * tables.first.size,
         lambda tables: tables.first.size + 2 * len(tables.first),
         lambda tables: tables.marks * sum(map(len, tables.columns)),
     ),
     FactorTables: Way(
         factors.begun,
         factors.belief,
+        factors.log_belief,
         factors.likely,
         factors.mean,
         factors.seen_by,
@@ -72,8 +83,10 @@ _WAYS: dict[type, Way] = {
         factors.expectation,
         factors.entropy,
         factors.divergence,
+        lambda tables: tables.doubts,
         lambda tables: math.inf,
         lambda tables: tables.size + tables.row_of.size,
+        lambda tables, whose: tables.points({tables.factor(u) for u in whose}),
         lambda tables: tables.size,
         lambda tables: 0,
     ),

@@ -10,6 +10,7 @@ from typing import Any
 from i2pdsl.errors import closest, shorten
 from i2pdsl.language import ast
 from i2pdsl.language import typed as ty
+from i2pdsl.language.addends import addends, whose
 from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item, Stop
 from i2pdsl.language.evaluate import NotFiniteError, finite_values, fold_hypotheses, is_pure
 from i2pdsl.language.forms import APART, HIDDEN, UNSURE, Form
@@ -20,6 +21,7 @@ from i2pdsl.language.vocabulary import UNKNOWN, Latent, show_value
 
 _SCRIPTS = ast.Prefix | ast.FrameOf | ast.Script | ast.Append
 MOST_CELLS = 10_000  # of a table of several latents
+MOST_POINTS = 1 << 16  # at which an expectation by factors looks in each frame
 UNTHINKABLE = "some viewer gives all those that fulfil it a prior of 0"
 KNOWS_BETTER = "it contradicts what this audience knows (its `given`)"
 OTHERS = "others"
@@ -128,6 +130,10 @@ class Beliefs(Frames):
         elif form.about == "quantity":
             about, mask = self.expected(about, givens[0].mask, node.about[0], env, audience)
             givens = (ty.Given(givens[0].moment, mask),)
+        # To who forgets nothing what is so was so, but for what may be hoped for in a state. Others
+        # are not asked there.
+        if self.world.counts and not (form.about == "quantity" and whose(about)):
+            moment = None
         value = ty.Belief(form.name, about, givens, (), self.viewers(audience), moment)
         self.check_whole_frame(form, value, node, env)
         return Item("number", value)
@@ -155,9 +161,9 @@ class Beliefs(Frames):
     def check_whole_frame(self, form: Form, value: ty.Belief, node: ast.Form, env: Env) -> None:
         """What asks for the state after the given frames cannot be asked in the midst of one."""
         whole = all(given.moment.seen is None for given in value.given)
-        if whole or value.moment is not None:
+        if whole or (value.moment is not None and not self.world.counts):
             return
-        values = any(isinstance(part, ty.ValueAt) for part in ty.walk(value))
+        values = bool(whose(value))
         every = bool(self.world.counts) and form.about == "latent" and value.about is None
         if form.looks_ahead or values or every:
             what = "`V`" if values else f"`{form.name}`"
@@ -207,6 +213,7 @@ class Beliefs(Frames):
                 hint = f"ask for an event: `{' and '.join(events)}`"
             raise self.blame("distribution", message, node.about[0], env, hint)
         givens, moment = self.conditions(form, node, env, audience)
+        moment = None if self.world.counts else moment  # as in `on_form`
         value = ty.Belief(form.name, about, givens, labels, self.viewers(audience), moment)
         self.check_whole_frame(form, value, node, env)
         if len(latents) == 1:
@@ -281,8 +288,7 @@ class Beliefs(Frames):
                 if any(a != b for a, b in zip(turns, moment.turns, strict=False)):
                     message = "this frame is of another script than the one that is given"
                     raise self.blame("index", message, node.moment, env)
-        # To who forgets nothing what is so was so in every frame; others are not asked there.
-        return givens, None if self.world.counts else moment
+        return givens, moment
 
     def hindsight(self, form: Form, node: ast.Form, env: Env) -> ty.Moment | None:
         """The frame behind the `@` of a form: 0 is the first picture."""
@@ -329,10 +335,32 @@ class Beliefs(Frames):
             message = "under these conditions no hypothesis gives this quantity a value"
             hint = UNTHINKABLE if any(mask) else None
             raise self.blame("impossible", message, node, env, hint)
+        if not all(map(_samples, audience.observers)):
+            self.check_points(value, node, env)
         try:
             return fold_hypotheses(value, self.world.hypotheses, mask), mask
         except NotFiniteError as problem:
             raise self.not_finite(problem, node, env) from None
+
+    def check_points(self, value: ty.Typed, node: ast.Expr, env: Env) -> None:
+        """Who holds factors tells all apart that those may have in mind whose values he is asked
+        about together."""
+        sizes = self.world.factor_sizes
+        if sizes is None:
+            return
+        of = {who: self.factor_of(who) for who in whose(value)}
+        points = max(sizes.points({of[who] for who in each}) for each in addends(value))
+        if points > MOST_POINTS:
+            message = f"this asks about {points:,} ways how those whose values it is about may be"
+            message += f"; the most is {MOST_POINTS:,}"
+            hint = "multiply the values of fewer of them, or let the story ask about fewer latents"
+            raise self.blame("too-large", message, node, env, hint)
+
+    def factor_of(self, who: int) -> int | None:
+        """The factor of a character's own; None where it is that of all whom others model."""
+        latent = self.world.rational[self.world.characters[who]]
+        number = next(i for i, part in enumerate(self.world.factors) if latent in part)
+        return number - 1 if number else None
 
     def hidden_value(self, node: ast.Form, env: Env) -> Item:
         if env.inside != "quantity":

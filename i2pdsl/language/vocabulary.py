@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -127,6 +127,30 @@ class Weights(NamedTuple):
 ON_MAPS = Weights()
 
 
+class FactorSizes(NamedTuple):
+    """How large the factors of a belief are (audience/factors.py).
+
+    Attributes:
+        common: how many ways those whom others model may be.
+        minds: how many each other character may be.
+        classes: how many of these expressions tell apart.
+    """
+
+    common: int
+    minds: tuple[int, ...]
+    classes: tuple[int, ...]
+
+    @property
+    def probabilities(self) -> int:
+        """How many are held."""
+        return self.common * (1 + sum(self.minds))
+
+    def points(self, told: Collection[int | None] = ()) -> int:
+        """How many a question looks at that tells all minds of some factors apart."""
+        both = enumerate(zip(self.minds, self.classes, strict=True))
+        return self.common * math.prod(m if i in told else c for i, (m, c) in both)
+
+
 @dataclass(frozen=True)
 class Vocabulary:
     """Everything the checker needs to know of a world.
@@ -152,7 +176,7 @@ class Vocabulary:
         counts: where all hypotheses are too many to be listed, those of them that each of
             `hypotheses` stands for: all in which the latents of `kept` have these values.
         factors: where viewers can hold all of these by factors, the latents of those whom others
-            model, and of each other character (audience/factors.py).
+            model, and of each other character (audience/factors.py); `factor_sizes` are theirs.
     """
 
     world: str
@@ -187,6 +211,7 @@ class Vocabulary:
     counts: tuple[float, ...] = ()
     kept: frozenset[str] = frozenset()
     factors: tuple[frozenset[str], ...] = ()
+    factor_sizes: FactorSizes | None = None
 
     @cached_property
     def even(self) -> tuple[float, ...]:

@@ -35,12 +35,13 @@ class Belief(NamedTuple):
         if not self.holdings:
             return self
         pairs = zip(_of_tables(tables), self.holdings, strict=True)
-        beliefs = (way_of(each).belief(each, held) for each, held in pairs)
         xp = self.log.__array_namespace__()
-        if all(each is not None for each in tables):
+        if self.share is not None:  # where everybody holds some
+            beliefs = [way_of(each).belief(each, held) for each, held in pairs]
             share = xp.stack(xp.broadcast_arrays(*beliefs), axis=-2)
-            return self._replace(log=_log(share), share=None if self.share is None else share)
-        own = {o: _log(next(beliefs)) for o, each in enumerate(tables) if each is not None}
+            return self._replace(log=_log(share), share=share)
+        logs = (way_of(each).log_belief(each, held) for each, held in pairs)
+        own = {o: next(logs) for o, each in enumerate(tables) if each is not None}
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
         return self._replace(log=xp.stack(xp.broadcast_arrays(*of), axis=-2))
 
@@ -71,8 +72,10 @@ class Belief(NamedTuple):
         if world.lists_hypotheses:
             return row
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        doubts = self.share is not None
         found = [
-            way_of(each).likely(each, held, u, row[..., o, :]) for o, (each, held) in enumerate(of)
+            way_of(each).likely(each, held, u, row[..., o, :], doubts)
+            for o, (each, held) in enumerate(of)
         ]
         return row.__array_namespace__().stack(found, axis=-2)
 
@@ -119,8 +122,9 @@ class Belief(NamedTuple):
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)
+        doubts = self.share is not None
         found = [
-            way_of(each).mean(each, held, u, regret[..., o, :], rational)
+            way_of(each).mean(each, held, u, regret[..., o, :], rational, doubts)
             for o, (each, held) in enumerate(of)
         ]
         return xp.stack(found, axis=-1)

@@ -7,12 +7,14 @@ that stories of the same shape share one program.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from i2pdsl.language import typed as ty
+from i2pdsl.language.addends import addends, whose
+from i2pdsl.language.forms import BY_NAME
 from i2pdsl.objective.beats import begun, best, through
 from i2pdsl.objective.frame import Frame, HistoryScope, TurnScope, View
 from i2pdsl.objective.hindsight import Chain
@@ -164,6 +166,11 @@ class Compiler:
 
     def _belief(self, node: ty.Belief) -> Closure:
         """A form about beliefs: its meaning, 0 where a moment of it does not exist."""
+        if not self.world.lists_hypotheses and BY_NAME[node.form].about == "quantity":
+            parts = addends(node.about)
+            if len(parts) > 1:
+                every = tuple(replace(node, about=part) for part in parts.values())
+                return self.build(ty.Apply("add", every))
         self.shape.append(node.form if node.viewers is None else f"{node.form}{node.viewers}")
         viewers, about = node.viewers, self._about(node.about, node.viewers)
         mask = self.mask(node.given[0].mask)
@@ -186,9 +193,16 @@ class Compiler:
         last = self.moment(given)
         if moment is None:
             return last
-        self.moment(moment)  # of the program's shape
+        then = self.moment(moment)
         self.shape.append("hindsight")
-        return lambda scope: scope.hindsight(moment, given)
+        if self.world.lists_hypotheses:
+            return lambda scope: scope.hindsight(moment, given)
+
+        def view(scope: Scope) -> View:  # who forgets nothing asks today's belief of that state
+            now, before = last(scope), then(scope)
+            return replace(now, state=before.state, exists=now.exists & before.exists)
+
+        return view
 
     def _about(self, about: Any, viewers: ty.Viewers | None) -> Callable[[Scope, View], Array]:
         """What a form is about: an event [H], a partition [H, V], a quantity [..., O, H] of those
@@ -202,8 +216,8 @@ class Compiler:
             event = self.mask(about)
             return lambda scope, view: event(scope)
         quantity = self._aligned(about, True)
-        whose = frozenset(part.who for part in ty.walk(about) if isinstance(part, ty.ValueAt))
-        if whose and not self.world.lists_hypotheses:
+        asked = whose(about)
+        if asked and not self.world.lists_hypotheses:
             first = 0 if viewers is None else viewers[0]
 
             def of_held(scope: Scope, view: View) -> OfHeld:
@@ -212,7 +226,7 @@ class Compiler:
                     found = quantity(_QuantityScope(scope, view.state, one, minds))
                     return scope.xp.asarray(found)[..., 0, :]
 
-                return OfHeld(of, whose)
+                return OfHeld(of, asked)
 
             return of_held
         return lambda scope, view: quantity(_QuantityScope(scope, view.state, viewers))

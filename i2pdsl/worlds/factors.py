@@ -77,6 +77,7 @@ def factor_tables(space: Space, rows: Rows, seen: Seen, tree: Tree) -> FactorTab
         class_of=joint.class_of,
         classes=tuple(map(_one_hot, joint.class_of)),
         groups=_one_hot(joint.group_of),
+        members=_members(joint.group_of),
         rows=joint.rows,
         row_of=joint.row_of,
     )
@@ -152,6 +153,15 @@ def _numbered(values: np.ndarray) -> np.ndarray:
 def _first(values: np.ndarray, classes: np.ndarray) -> np.ndarray:
     """A value of each class."""
     return np.array([values[int(np.argmax(classes == n))] for n in range(classes.max() + 1)])
+
+
+def _members(classes: np.ndarray) -> np.ndarray:
+    """Those of each class, [classes, most]; their number where there are fewer."""
+    each = [np.flatnonzero(classes == n) for n in range(classes.max() + 1)]
+    found = np.full((len(each), max(map(len, each))), len(classes))
+    for row, members in zip(found, each, strict=True):
+        row[: len(members)] = members
+    return found
 
 
 def _one_hot(classes: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, Protocol
 
-from i2pdsl.language.vocabulary import Latent
+from i2pdsl.language.vocabulary import FactorSizes, Latent
 
 Hypothesis = dict[str, float | str | bool]
 """One possible truth: latent -> value. A latent that plays no part is missing."""
@@ -309,10 +309,9 @@ def rows_told_apart(groups: Groups, kept: frozenset[str]) -> int:
     return sum(math.prod(map(count, minds)) for minds in groups.values())
 
 
-def factored(groups: Groups, common: Sequence[int], kept: frozenset[str]) -> tuple[int, int]:
-    """How many probabilities it takes to hold hypotheses by factors: one of some characters of a
-    cast, and one of each other beside it; and how many points a question looks at, which is these
-    and whatever of the others is kept apart (audience/factors.py)."""
+def factored(groups: Groups, common: Sequence[int], kept: frozenset[str]) -> FactorSizes:
+    """How large the factors of hypotheses are: one of some characters of a cast, and one of each
+    other beside it, of whom some latents are kept apart (audience/factors.py)."""
     ways, own = 0, [c for c in range(len(next(iter(groups)))) if c not in common]
     minds: dict[int, set[frozenset[tuple[str, Any]]]] = {c: set() for c in own}
     for flags, each in groups.items():
@@ -320,8 +319,8 @@ def factored(groups: Groups, common: Sequence[int], kept: frozenset[str]) -> tup
             ways += math.prod(len(each[c]) for c in common)
         for c in own:
             minds[c] |= {frozenset(mind.items()) for mind in each[c]}
-    classes = [len({_kept_of(dict(mind), kept) for mind in minds[c]}) for c in own]
-    return ways * (1 + sum(map(len, minds.values()))), ways * math.prod(classes)
+    classes = tuple(len({_kept_of(dict(mind), kept) for mind in minds[c]}) for c in own)
+    return FactorSizes(ways, tuple(map(len, minds.values())), classes)
 
 
 def _kept_of(mind: Hypothesis, kept: frozenset[str]) -> frozenset[tuple[str, Any]]:

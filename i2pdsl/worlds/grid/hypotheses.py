@@ -9,6 +9,7 @@ from functools import lru_cache
 from itertools import product
 
 from i2pdsl.errors import error, whole_file
+from i2pdsl.language.vocabulary import FactorSizes
 from i2pdsl.worlds.grid.spec import NO_GOAL, GridSpec
 from i2pdsl.worlds.hypotheses import (
     MOST_HYPOTHESES,
@@ -80,13 +81,17 @@ def modelled(spec: GridSpec) -> tuple[int, ...]:
     return tuple(n for n, c in enumerate(spec.characters) if c.name in names)
 
 
+def factor_sizes(spec: GridSpec) -> FactorSizes:
+    """How large the factors of hypotheses are that are too many to be listed."""
+    return factored(minds_of_all(spec), modelled(spec), apart(spec)[2])
+
+
 @lru_cache(maxsize=16)
 def factors(spec: GridSpec) -> tuple[frozenset[str], ...]:
     """Where hypotheses are too many to be listed, but few enough by factors, the latents of those
     whom others model, and of each other character; else empty."""
-    common, kept = modelled(spec), apart(spec)[2]
-    numbers, points = factored(minds_of_all(spec), common, kept)
-    if numbers > MOST_HYPOTHESES or points > MOST_POINTS:
+    common, sizes = modelled(spec), factor_sizes(spec)
+    if sizes.probabilities > MOST_HYPOTHESES or sizes.points() > MOST_POINTS:
         return ()
     parts = parts_of(spec.characters)
     first = frozenset().union(*(parts[n] for n in common))

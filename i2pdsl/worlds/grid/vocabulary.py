@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from i2pdsl.language.vocabulary import ASKED, Predicate, Setting, Vocabulary, Weights
-from i2pdsl.worlds.grid.hypotheses import apart, factors, grid_hypotheses
+from i2pdsl.worlds.grid.hypotheses import apart, factor_sizes, factors, grid_hypotheses
 from i2pdsl.worlds.grid.parse import SETTING_RANGES, SETTING_WORDS
 from i2pdsl.worlds.grid.spec import ACTIONS, ALL_ACTIONS, MOST_SEEN, GridSpec
 from i2pdsl.worlds.hypotheses import latents_of, rationality_of, readings_of
@@ -79,6 +79,7 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
     of_things = [*(OF_CARRYING if any(c.carries for c in spec.characters) else ())]
     of_things += OF_PUTTING if any(c.puts_down for c in spec.characters) else ()
     columns = len(spec.rows[0]) if spec.rows else 0
+    held = factors(spec) if spec.is_sampled else ()
     return Vocabulary(
         world=spec.name,
         latents=latents_of(spec.characters),
@@ -114,7 +115,8 @@ def grid_vocabulary(spec: GridSpec) -> Vocabulary:
         shares={name: dict(weights) for name, weights in spec.shares},
         counts=apart(spec)[1] if spec.is_sampled else (),
         kept=apart(spec)[2] if spec.is_sampled else frozenset(),
-        factors=factors(spec) if spec.is_sampled else (),
+        factors=held,
+        factor_sizes=factor_sizes(spec) if held else None,
     )
 
 

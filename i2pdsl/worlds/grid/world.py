@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.audience.filter import Switching
-from i2pdsl.audience.holding import HoldingTables
+from i2pdsl.audience.holding import HoldingTables, way_of
 from i2pdsl.audience.particles import looked_up
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
@@ -154,8 +154,8 @@ class GridWorld:
 
     @property
     def keeps_doubt(self) -> bool:
-        if not self.lists_hypotheses:  # what is held is probabilities
-            return True
+        if not self.lists_hypotheses:
+            return all(way_of(each).doubts(each) for each in self.tables.holdings if each)
         if self.tables.holdings:
             return False
         possible, forgetting = self.tables.log_prior > -np.inf, self.tables.forgetting
