@@ -13,19 +13,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from beliefs_for_tests import random_turns, told
 from i2pdsl import questions
 from i2pdsl.audience import factors
 from i2pdsl.audience.factors import Factors, FactorTables
 from i2pdsl.audience.filter import update
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.language.check import check_query
 from i2pdsl.language.priors import factorises
 from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
-from i2pdsl.language.story import USUAL, Audience, default_assumption
 from i2pdsl.objective.frame import Frame
-from i2pdsl.objective.many import evaluate_many
-from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.replay import replay
 from i2pdsl.stories import Story
 from i2pdsl.worlds.grid import hypotheses
 from i2pdsl.worlds.grid.describe import in_words
@@ -73,6 +71,12 @@ def listed(forgetting: float = 0.0) -> GridWorld:
     return built(spec_of(forgetting=forgetting))
 
 
+@cache
+def path() -> tuple[np.ndarray, np.ndarray]:
+    """States and actions of a script."""
+    return random_turns(listed(), FRAMES)
+
+
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Nobody can list more than 150 hypotheses, from now on."""
@@ -85,29 +89,6 @@ def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
     for known in (hypotheses.factors, hypotheses.apart):
         known.cache_clear()
-
-
-def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:
-    generator = np.random.default_rng(5)
-    states, actions = [np.asarray(generator.choice(world.starts()))], []
-    for _ in range(FRAMES):
-        turns = world.turns(world.tables, states[-1])
-        actions.append(generator.choice(np.flatnonzero(turns.valid)))
-        states.append(turns.state[actions[-1]])
-    return np.array(states), np.array(actions)
-
-
-def told(world: GridWorld, asked: str, audiences: tuple[Audience, ...] = (USUAL,)) -> np.ndarray:
-    words = world.vocabulary
-    rational = default_assumption(words)
-    nowhere = Module(Source("m", ""))
-    query = check_query(Source("q", asked), words, nowhere, FRAMES, rational, None, audiences)
-    seen = replay(world, *random_script(listed()))
-    one = np.asarray(evaluate(world, seen, query.value, query.times))
-    many = seen.each(lambda part: np.stack([part, part]))
-    both = evaluate_many(world, many, query.value, query.times)
-    np.testing.assert_allclose(both, np.stack([one, one]), atol=1e-12)
-    return one
 
 
 @pytest.mark.parametrize(
@@ -136,7 +117,7 @@ def test_without_forgetting_factors_are_the_belief_over_all_hypotheses(
     (tables,) = world.tables.holdings
     assert isinstance(tables, FactorTables)
     assert tables.size == 63
-    ours, theirs = told(world, asked), told(listed(), asked)
+    ours, theirs = (told(each, asked, *path()) for each in (world, listed()))
     np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-9)
     assert np.ptp(theirs) > 1e-3
 
@@ -159,14 +140,14 @@ def test_what_might_be_hoped_for_in_an_earlier_frame(few: None, asked: str) -> N
         Module(Source("m", "")),
         (),
     )
-    ours, theirs = told(world, asked, audience), told(listed(), asked, audience)
+    ours, theirs = (told(each, asked, *path(), audience) for each in (world, listed()))
     np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-9)
     assert np.ptp(theirs) > 1e-3
 
 
 def test_how_odd_an_action_is_and_what_each_row_expects(few: None) -> None:
     world = built(spec_of(asked=ASKED, forgetting=0.0))
-    ours, theirs = (replay(each, *random_script(listed())) for each in (world, listed()))
+    ours, theirs = (replay(each, *path()) for each in (world, listed()))
     np.testing.assert_allclose(ours.regret, theirs.regret, rtol=1e-9, atol=1e-9)
     every = [row.items() for row in listed().vocabulary.hypotheses]
     rows = [
@@ -185,7 +166,7 @@ def test_who_forgets_mixes_each_factor_with_an_even_one(few: None) -> None:
     """The equations of audience/factors.py, in dictionaries."""
     e = 0.03
     world = built(spec_of(asked=ASKED, forgetting=e))
-    states, actions = random_script(listed())
+    states, actions = path()
     rows = listed().vocabulary.hypotheses
     names = ("princess", "knight", "ghost")
     latents = {who: (f"G_{who}", f"R_{who}", f"rho_{who}_princess") for who in names}
@@ -501,14 +482,18 @@ def test_of_a_sum_of_values_one_is_told_apart_at_a_time(
         return found
 
     monkeypatch.setattr(factors.Points, "of_problems", noted)
-    told(world, "E[V(knight) - 2 * (V(ghost) + V(princess)) | script[:t]]")
+    told(
+        world,
+        "E[V(knight) - 2 * (V(ghost) + V(princess)) | script[:t]]",
+        *path(),
+    )
     assert max(looked) == max(sizes.points({0}), sizes.points({1})) < points
-    told(world, "E[V(knight) * V(ghost) | script[:t]]")
+    told(world, "E[V(knight) * V(ghost) | script[:t]]", *path())
     assert max(looked) == points
     monkeypatch.setattr("i2pdsl.language.beliefs.MOST_POINTS", points - 1)
-    told(world, "E[V(knight) + V(ghost) | script[:t]]")
+    told(world, "E[V(knight) + V(ghost) | script[:t]]", *path())
     with pytest.raises(StoryError, match=f"{points} ways .* the most is {points - 1}"):
-        told(world, "E[V(knight) * V(ghost) | script[:t]]")
+        told(world, "E[V(knight) * V(ghost) | script[:t]]", *path())
 
 
 @pytest.mark.parametrize("audience", [None, "particles(count = 50, seed = 1)"])

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from beliefs_for_tests import random_turns
 from commands_for_tests import Run
 from fuzz_for_tests import FULL, examples
 from i2pdsl.audience import particles, queries, renewal
@@ -57,13 +58,7 @@ def exact(forgetting: float, known: str = "") -> tuple[GridWorld, Viewer]:
 def script(world: GridWorld, seed: int) -> Frame:
     """What who holds all hypotheses believes along a script drawn from his own predictions, with
     one or two actions that surprise him."""
-    generator = np.random.default_rng(seed)
-    states, actions = [np.asarray(generator.choice(world.starts()))], []
-    for _ in range(FRAMES):
-        turns = world.turns(world.tables, states[-1])
-        actions.append(generator.choice(np.flatnonzero(turns.valid)))
-        states.append(turns.state[actions[-1]])
-    return replay(world, np.array(states), np.array(actions))
+    return replay(world, *random_turns(world, FRAMES, seed))
 
 
 def swarms(world: GridWorld, viewer: Viewer, plan: Particles, seeds: range) -> SwarmTables:

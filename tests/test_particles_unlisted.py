@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from beliefs_for_tests import random_turns, told
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.explain import explain, questions_of
 from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import Particles, default_assumption
-from i2pdsl.objective.many import evaluate_many
-from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.objective.replay import replay
 from i2pdsl.objective.subjects import Subject
 from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.find import find_spec
@@ -108,7 +108,7 @@ def test_particles_believe_what_all_hypotheses_do(few: None) -> None:
     spec = spec_of(asked="rho", forgetting=0.02)
     dynamics = build_dynamics(spec)
     plan = solve(spec, dynamics)
-    given = random_script(exact)
+    given = random_turns(exact, FRAMES)
     truth = replay(exact, *given)
     share = lambda frames, words: np.array(
         [
@@ -131,12 +131,12 @@ def test_particles_believe_what_all_hypotheses_do(few: None) -> None:
     assert np.abs(np.mean(odd, axis=0)).max() < 0.2
     # What is observed is as probable in each row as in the hypotheses that it stands for.
     wide = np.exp(truth.log_rows[1, 0, 0])
-    for row, told in zip(world.vocabulary.hypotheses, frames.log_rows[1, 0, 0], strict=True):
+    for row, log in zip(world.vocabulary.hypotheses, frames.log_rows[1, 0, 0], strict=True):
         alike = [
             all(h.get(x) == row.get(x) for x in world.vocabulary.kept)
             for h in exact.vocabulary.hypotheses
         ]
-        assert np.exp(told) == pytest.approx(wide[alike].mean(), abs=0.1)
+        assert np.exp(log) == pytest.approx(wide[alike].mean(), abs=0.1)
 
 
 def holding_all(**settings: float | str) -> GridWorld:
@@ -154,28 +154,6 @@ def holding_all(**settings: float | str) -> GridWorld:
     return replace(world, tables=world.tables._replace(holdings=(tables._replace(first=first),)))
 
 
-def random_script(world: GridWorld) -> tuple[np.ndarray, np.ndarray]:
-    generator = np.random.default_rng(5)
-    states, actions = [np.asarray(generator.choice(world.starts()))], []
-    for _ in range(FRAMES):
-        turns = world.turns(world.tables, states[-1])
-        actions.append(generator.choice(np.flatnonzero(turns.valid)))
-        states.append(turns.state[actions[-1]])
-    return np.array(states), np.array(actions)
-
-
-def told(world: GridWorld, asked: str, states: np.ndarray, actions: np.ndarray) -> np.ndarray:
-    words = world.vocabulary
-    rational = default_assumption(words)
-    query = check_query(Source("q", asked), words, Module(Source("m", "")), FRAMES, rational)
-    seen = replay(world, states, actions)
-    one = np.asarray(evaluate(world, seen, query.value, query.times))
-    many = seen.each(lambda part: np.stack([part, part]))
-    both = evaluate_many(world, many, query.value, query.times)
-    np.testing.assert_allclose(both, np.stack([one, one]), atol=1e-12)
-    return one
-
-
 @pytest.mark.parametrize(
     "asked",
     [
@@ -191,7 +169,7 @@ def told(world: GridWorld, asked: str, states: np.ndarray, actions: np.ndarray) 
 def test_who_holds_all_particles_expects_what_he_would_of_a_list(few: None, asked: str) -> None:
     """Where each hypothesis is one particle nothing is left to chance."""
     exact = listed(0.0)
-    given = random_script(exact)
+    given = random_turns(exact, FRAMES)
     ours, theirs = (told(world, asked, *given) for world in (holding_all(), exact))
     np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-4)
     assert np.ptp(theirs) > 1e-3 or theirs.ndim == 0
@@ -200,7 +178,7 @@ def test_who_holds_all_particles_expects_what_he_would_of_a_list(few: None, aske
 def test_beliefs_are_explained_as_those_of_a_list(few: None) -> None:
     reasons = []
     for world in (holding_all(), listed(0.0)):
-        states, actions = random_script(listed(0.0))
+        states, actions = random_turns(listed(0.0), FRAMES)
         words = world.vocabulary
         rational, path = default_assumption(words), Trajectory(actions, states)
         helps = tuple(row.get("rho", 0) > 0 for row in words.hypotheses)

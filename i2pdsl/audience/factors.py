@@ -31,10 +31,11 @@ observed actions in a frame, Q problems of who acts.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Collection
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import log_sum
+from i2pdsl.audience.filter import log_of, log_sum
 
 Array = Any
 
@@ -183,17 +184,21 @@ def _classes(tables: FactorTables, held: Factors) -> tuple[Array, ...]:
 
 def _products(common: Array, parts: tuple[Array, ...]) -> Array:
     """P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
-    found = common[(..., *(None,) * len(parts), slice(None))]
-    for i, part in enumerate(parts):
-        found = found * _along(part, i, len(parts))
-    return found
+    return _joined(operator.mul, common, parts)
 
 
 def _points(common: Array, parts: tuple[Array, ...]) -> Array:
     """log P of each point, [..., X_1, ..., X_k, M], of parts [..., M, X_i]."""
-    found = log_of(common)[(..., *(None,) * len(parts), slice(None))]
+    return _joined(operator.add, log_of(common), tuple(map(log_of, parts)))
+
+
+def _joined(
+    join: Callable[[Array, Array], Array], common: Array, parts: tuple[Array, ...]
+) -> Array:
+    """What is known of each point, of what is known of m, [..., M], and of each part beside it."""
+    found = common[(..., *(None,) * len(parts), slice(None))]
     for i, part in enumerate(parts):
-        found = found + _along(log_of(part), i, len(parts))
+        found = join(found, _along(part, i, len(parts)))
     return found
 
 
@@ -251,19 +256,18 @@ def likely(tables: FactorTables, held: Factors, u: int, row: Array, doubts: bool
     return xp.where(possible, ratio, expected[..., None])
 
 
-def log_of(share: Array) -> Array:
-    """The logarithm, -inf of 0."""
-    xp = share.__array_namespace__()
-    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
-
-
 def _inside(points: Array, within: Array, row: Array) -> Array:
     """log P of each of the points that are in some rows [H], given that one of these holds."""
     xp = points.__array_namespace__()
-    there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
-    held = xp.where(there, points, -xp.inf)
+    held = xp.where(_are_in(within, row), points, -xp.inf)
     total = log_sum(held.reshape(*held.shape[: held.ndim - row.ndim], -1))
     return held - total[(..., *(None,) * row.ndim)]
+
+
+def _are_in(within: Array, row: Array) -> Array:
+    """Which points are in some rows [H]: those that are none are not."""
+    xp = within.__array_namespace__()
+    return xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
 
 
 def mean(
@@ -280,8 +284,7 @@ def mean(
     parts, found = _classes(tables, held), _of_problems(tables, u, values)
     if doubts:
         points, row = _products(held.common, parts), tables.row_of
-        there = xp.concatenate([within, xp.zeros((1,), dtype=bool)])[row]
-        points = xp.where(there, points, 0.0)
+        points = xp.where(_are_in(within, row), points, 0.0)
         weights = points / points.sum(tuple(range(-row.ndim, 0)), keepdims=True)
     else:
         weights = xp.exp(_inside(_points(held.common, parts), within, tables.row_of))

@@ -23,6 +23,12 @@ def summed(weights: Array, over: Array | None = None) -> Array:
     return weights @ (ones if over is None else xp.where(over, ones, 0))
 
 
+def log_of(share: Array) -> Array:
+    """The logarithm, -inf of 0."""
+    xp = share.__array_namespace__()
+    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+
+
 def log_sum(log_values: Array, mask: Array | None = None) -> Array:
     """log of the sum of exp over the last axis, over the hypotheses of a mask only.
 
@@ -34,7 +40,7 @@ def log_sum(log_values: Array, mask: Array | None = None) -> Array:
     top = xp.max(log_values, axis=-1, keepdims=True)
     top = xp.where(top > -xp.inf, top, 0.0)
     total = xp.sum(xp.exp(log_values - top), axis=-1)
-    return xp.where(total > 0, xp.log(xp.where(total > 0, total, 1.0)), -xp.inf) + top[..., 0]
+    return log_of(total) + top[..., 0]
 
 
 class Switching(NamedTuple):
@@ -181,5 +187,4 @@ def _of_groups(log_values: Array, switching: Switching) -> Array:
 def _mixed(xp: Any, share: Array, stays: Array, drawn: Array) -> Array:
     """log((1 - g) exp(stays) + g exp(drawn)), of each observer."""
     g = share[:, None]
-    log = lambda x: xp.where(x > 0, xp.log(xp.where(x > 0, x, 1.0)), -xp.inf)
-    return xp.where(g > 0, xp.logaddexp(log(1 - g) + stays, log(g) + drawn), stays)
+    return xp.where(g > 0, xp.logaddexp(log_of(1 - g) + stays, log_of(g) + drawn), stays)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from i2pdsl.audience import factors, foresight, particles, renewal
 from i2pdsl.audience.factors import Factors, FactorTables
+from i2pdsl.audience.filter import log_of
 from i2pdsl.audience.particles import Swarm, SwarmTables
 
 Array = Any
@@ -55,7 +56,7 @@ _WAYS: dict[type, Way] = {
     SwarmTables: Way(
         particles.begun,
         particles.belief,
-        lambda tables, held: factors.log_of(particles.belief(tables, held)),
+        lambda tables, held: log_of(particles.belief(tables, held)),
         lambda tables, held, u, row, _: particles.likely(tables, held, u, row),
         lambda tables, held, u, values, mask, _: particles.mean(tables, held, u, values, mask),
         particles.seen_by,

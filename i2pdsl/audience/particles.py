@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from i2pdsl.audience.filter import log_sum
+from i2pdsl.audience.filter import log_of, log_sum
 
 Array = Any
 
@@ -197,7 +197,7 @@ def belief_of(tables: SwarmTables, minds: Array, log_weight: Array) -> Array:
     """log P of each row by particles [..., N, C] with several weights [..., K, N]: [..., K, H]."""
     xp = log_weight.__array_namespace__()
     share = xp.exp(log_weight) @ _in_rows(tables, minds, log_weight.dtype)
-    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
+    return log_of(share)
 
 
 def _in_rows(tables: SwarmTables, minds: Array, dtype: Any) -> Array:
@@ -228,7 +228,7 @@ def likely(tables: SwarmTables, swarm: Swarm, u: int, row: Array) -> Array:
     share, held = _shares(tables, swarm), _shares(tables, swarm, own)
     every = (xp.exp(swarm.log_weight) * own).sum(-1)[..., None]
     mean = xp.where(share > 0, held / xp.where(share > 0, share, 1.0), every)
-    return xp.where(mean > 0, xp.log(xp.where(mean > 0, mean, 1.0)), -xp.inf)
+    return log_of(mean)
 
 
 def mean(tables: SwarmTables, swarm: Swarm, u: int, values: Array, within: Array) -> Array:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from i2pdsl.audience.filter import (
     LEAST,
     Switching,
+    log_of,
     share_after,
     spread_of,
     update,
@@ -39,7 +40,7 @@ class Belief(NamedTuple):
         if self.share is not None:  # where everybody holds some
             beliefs = [way_of(each).belief(each, held) for each, held in pairs]
             share = xp.stack(xp.broadcast_arrays(*beliefs), axis=-2)
-            return self._replace(log=_log(share), share=share)
+            return self._replace(log=log_of(share), share=share)
         logs = (way_of(each).log_belief(each, held) for each, held in pairs)
         own = {o: next(logs) for o, each in enumerate(tables) if each is not None}
         of = [own.get(o, self.log[..., o, :]) for o in range(len(tables))]
@@ -153,12 +154,6 @@ def _of_each(product: Callable[[int, Array], Array], hypotheses: Array) -> Array
     more of products of matrices than of a sum over three axes."""
     found = [product(o, hypotheses[o]) for o in range(len(hypotheses))]
     return hypotheses.__array_namespace__().stack(found, axis=-2)
-
-
-def _log(share: Array) -> Array:
-    """The logarithm, -inf of 0."""
-    xp = share.__array_namespace__()
-    return xp.where(share > 0, xp.log(xp.where(share > 0, share, 1.0)), -xp.inf)
 
 
 def _of_tables(tables: Sequence[HoldingTables | None]) -> list[HoldingTables]:

@@ -95,17 +95,17 @@ class _Joint:
     def __init__(self, space: Space, rows: Rows, tree: Tree) -> None:
         self._tree = tree
         digits, table, count = rows.index.digits, rows.index.table, len(rows.counts)
-        of_common = sum(digits[c, tree.minds[:, n]] for n, c in enumerate(tree.common))
-        of_common = np.zeros(len(tree.minds), int) + of_common
+        of_common = self._of_common(rows.index)
         self.group_of = _numbered(of_common)
         own_digits = [digits[c, : len(space.parts[c])] for c in tree.own]
         self.class_of = tuple(map(_numbered, own_digits))
-        self._pairs = list(zip(tree.possible, self.class_of, strict=True))
+        own = list(zip(tree.possible, self.class_of, strict=True))
+        # How many minds of each class there are beside each value, [M, C].
+        self._sizes = [there @ _one_hot(mine) for there, mine in own]
         place, possible = of_common, np.ones(len(tree.minds), bool)
-        for numbers, (there, mine) in zip(reversed(own_digits), reversed(self._pairs), strict=True):
-            held = (
-                there @ _one_hot(mine) > 0
-            ).T  # which classes there are beside each value, [C, M]
+        parts = list(zip(own_digits, self.class_of, self._sizes, strict=True))
+        for numbers, mine, size in reversed(parts):
+            held = size.T > 0
             axes = (len(held), *(1,) * (possible.ndim - 1), len(tree.minds))
             first = _first(numbers, mine).reshape(-1, *(1,) * possible.ndim)
             place, possible = place + first, possible & held.reshape(axes)
@@ -120,24 +120,28 @@ class _Joint:
     def factors(self, weight: np.ndarray) -> Factors:
         """P(m), and P(h_i | m), where hypotheses have weights [H] as their rows have. Beside what
         is impossible all are alike."""
-        points, count = np.append(weight, 0.0)[self.row_of], len(self._pairs)
-        sizes = [there @ _one_hot(mine) for there, mine in self._pairs]
+        sizes, count = self._sizes, len(self._sizes)
+        points = np.append(weight, 0.0)[self.row_of]
         for i, size in enumerate(sizes):
             points = points * size.T.reshape(*(1,) * i, -1, *(1,) * (count - i - 1), len(size))
         common = points.sum(tuple(range(count)))
         own = []
-        for i, (there, mine) in enumerate(self._pairs):
+        for i, (there, mine) in enumerate(zip(self._tree.possible, self.class_of, strict=True)):
             by_class = points.sum(tuple(axis for axis in range(count) if axis != i)).T
             each = np.where(sizes[i] > 0, by_class / np.maximum(sizes[i], 1), 0.0)[:, mine] * there
             each = np.where(each.sum(-1, keepdims=True) > 0, each, there)
             own.append(each / each.sum(-1, keepdims=True))
         return Factors(common / common.sum(), tuple(own))
 
+    def _of_common(self, index: Index) -> np.ndarray:
+        """What the common parts add to the place of a hypothesis in an index, [M]."""
+        minds, common = self._tree.minds, np.array(self._tree.common, dtype=int)
+        found: np.ndarray = index.digits[common, minds].sum(-1, dtype=int)
+        return found
+
     def problem(self, index: Index) -> np.ndarray:
         """The problem of who acts, by an index of its hypotheses: [M] or [M, K]."""
-        tree, digits = self._tree, index.digits
-        place = sum(digits[c, tree.minds[:, n]] for n, c in enumerate(tree.common))
-        place = np.zeros(len(tree.minds), int) + place
+        tree, digits, place = self._tree, index.digits, self._of_common(index)
         for c, there in zip(tree.own, tree.possible, strict=True):
             if digits[c].any():  # whose problem it is
                 return index.table[place[:, None] + digits[c, : there.shape[1]]]

@@ -156,9 +156,7 @@ def test_what_was_planned_last_is_begun_with_whatever_the_cache_holds(
     first, many = planned()
     again, few = planned()
     assert few < many / 2
-    (file,) = tmp_path.rglob("around-*.npz")
-    with np.load(file) as held:
-        arrays = {key: held[key] for key in held.files}
+    file, arrays = entry(tmp_path)
     forged = {key: array if key == "mark" else array * 0 + 7 for key, array in arrays.items()}
     np.savez(file, **forged)
     other, _ = planned()
@@ -166,9 +164,14 @@ def test_what_was_planned_last_is_begun_with_whatever_the_cache_holds(
         for ours, theirs in zip(found, first, strict=True):
             np.testing.assert_allclose(ours, theirs, atol=2e-3)
     part_of(scripts(2, 2))
-    (file,) = tmp_path.rglob("around-*.npz")  # of one place at a time
+    assert (entry(tmp_path)[1]["mark"] != arrays["mark"]).any()  # of one place at a time
+
+
+def entry(cache: Path) -> tuple[Path, dict[str, np.ndarray]]:
+    """The one file of plans around scripts, and what it holds."""
+    (file,) = cache.rglob("around-*.npz")
     with np.load(file) as held:
-        assert (held["mark"] != arrays["mark"]).any()
+        return file, dict(held)
 
 
 FORGERIES = {
@@ -188,9 +191,7 @@ def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
     monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
     monkeypatch.setattr(subject, "MOST_MOVES", 0)
     first = part_of(scripts(1, 3))[0].tables.continuation
-    (file,) = tmp_path.rglob("around-*.npz")
-    with np.load(file) as held:
-        arrays = {key: held[key] for key in held.files}
+    file, arrays = entry(tmp_path)
     for name, change in FORGERIES.items():
         np.savez(file, **{key: a if key == "mark" else change(a) for key, a in arrays.items()})
         said: list[str] = []
@@ -199,8 +200,8 @@ def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
         assert message.endswith("does not fit the world; it is made again"), name
         for ours, theirs in zip(part.tables.continuation, first, strict=True):
             assert (ours == theirs).all()
-        with np.load(file) as held:
-            assert all((held[key] == array).all() for key, array in arrays.items())
+        kept = entry(tmp_path)[1]
+        assert all((kept[key] == array).all() for key, array in arrays.items())
 
 
 def test_an_entry_from_which_nothing_settles_is_said_and_made_again(
