@@ -30,6 +30,12 @@ HELP = HELPS.format(4, "rho > 0")
 WIDE = 40
 
 
+@pytest.fixture(autouse=True)
+def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each program runs once or twice, in worlds of a few cells: none is compiled to last."""
+    monkeypatch.setattr(beam, "BRIEF_SECONDS", np.inf)
+
+
 def search(pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1) -> Found:
     story = pair.story(text)
     world = pair.world
@@ -142,7 +148,10 @@ TERMS = (*SUMS, *HISTORIES) if FULL else ("\n".join(SUMS), HISTORIES[0], "\n".jo
 
 
 @pytest.mark.parametrize("text", TERMS)
-def test_scores_in_single_precision_are_those_in_double(pair: Pair, text: str) -> None:
+def test_scores_in_single_precision_are_those_in_double(
+    pair: Pair, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(beam, "block_size", lambda *_: 5)
     starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
     story = f"world w\nlength 4\n{text}"
     for width in (1, 5) if "more" in text or (FULL and "surprise" in text) else (1,):
