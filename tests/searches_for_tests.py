@@ -1,7 +1,9 @@
-"""Searches that tests shorten: a beam mostly looks again at what it found (`polish`)."""
+"""Searches that tests shorten: a beam mostly looks again at what it found (`polish`), and its
+program is compiled for longer than it runs in a world of a few cells."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,6 +12,7 @@ from typing import Any
 import pytest
 
 from fuzz_for_tests import FULL
+from i2pdsl.search import beam
 from i2pdsl.stories import Result, Story
 
 
@@ -32,3 +35,11 @@ def searching_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Story, "solve", solved)
         yield
+
+
+def compile_briefly(patched: pytest.MonkeyPatch, places: int | None = None) -> None:
+    """No beam's program is compiled to last: it runs once or twice. With `places`, it searches from
+    so many starts at a time: a search of a few starts takes as long as one of many."""
+    patched.setattr(beam, "BRIEF_SECONDS", math.inf)
+    if places is not None:
+        patched.setattr(beam, "block_size", lambda *_: places)

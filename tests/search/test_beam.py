@@ -21,6 +21,7 @@ from i2pdsl.search.beam import Found, beam_search, check_size
 from i2pdsl.search.task import draw_starts
 from i2pdsl.stories import story_from
 from i2pdsl.worlds.grid.world import unplanned_world
+from searches_for_tests import compile_briefly
 from worlds_for_tests import CORRIDOR, Pair, planned, small_kitchen, trajectory
 
 # A search takes seconds to compile, once for each length, width and shape of the objective (events
@@ -32,8 +33,7 @@ WIDE = 40
 
 @pytest.fixture(autouse=True)
 def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each program runs once or twice, in worlds of a few cells: none is compiled to last."""
-    monkeypatch.setattr(beam, "BRIEF_SECONDS", np.inf)
+    compile_briefly(monkeypatch)
 
 
 def search(pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1) -> Found:
@@ -151,7 +151,7 @@ TERMS = (*SUMS, *HISTORIES) if FULL else ("\n".join(SUMS), HISTORIES[0], "\n".jo
 def test_scores_in_single_precision_are_those_in_double(
     pair: Pair, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(beam, "block_size", lambda *_: 5)
+    compile_briefly(monkeypatch, places=5)
     starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
     story = f"world w\nlength 4\n{text}"
     for width in (1, 5) if "more" in text or (FULL and "surprise" in text) else (1,):
