@@ -37,9 +37,13 @@ def searching_once() -> Iterator[None]:
         yield
 
 
-def compile_briefly(patched: pytest.MonkeyPatch, places: int | None = None) -> None:
-    """No beam's program is compiled to last: it runs once or twice. With `places`, it searches from
-    so many starts at a time: a search of a few starts takes as long as one of many."""
-    patched.setattr(beam, "BRIEF_SECONDS", math.inf)
-    if places is not None:
-        patched.setattr(beam, "block_size", lambda *_: places)
+@contextmanager
+def compiling_briefly(places: int | None = None) -> Iterator[None]:
+    """No beam's program is compiled to last: it runs once or twice, for a few starts. With
+    `places`, it searches from so many at a time; else from 64 or more, which takes as long for one.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(beam, "BRIEF_SECONDS", math.inf)
+        if places is not None:
+            patched.setattr(beam, "block_size", lambda *_: places)
+        yield

@@ -37,7 +37,7 @@ from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
-from searches_for_tests import compile_briefly
+from searches_for_tests import compiling_briefly
 
 FRAMES = 5
 THREE = """
@@ -385,9 +385,8 @@ def test_products_are_told_from_other_weights() -> None:
 
 
 def test_a_search_by_factors_finds_what_one_over_all_hypotheses_does(
-    tmp_path: Path, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    compile_briefly(monkeypatch, places=8)
     told = THREE.replace("R.", "R..").replace(".L", ".L.") + "audience\n    forgetting = 0.000001\n"
     text = """world three
 length 4
@@ -404,7 +403,8 @@ search beam(starts = 8, width = 1, polish = 1)
         (folder / "three.world").write_text(told)
         story = Story.from_text(text, folder)
         assert bool(story.typed.vocabulary.factors) == by_factors
-        found.append(story.solve(choose="score").script.score)
+        with compiling_briefly(places=8):
+            found.append(story.solve(choose="score").script.score)
     assert found[0] is not None
     assert found[1] == pytest.approx(found[0], abs=1e-3)
 

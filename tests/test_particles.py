@@ -32,7 +32,7 @@ from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.grid.holdings import holdings_of
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import Viewer
-from searches_for_tests import compile_briefly
+from searches_for_tests import compiling_briefly
 from worlds_for_tests import small_kitchen
 
 ROWS = ("P.", ".G", "..")
@@ -267,8 +267,7 @@ search beam(starts = 4, width = 2, polish = 0)
 
 
 def searched(story: Story) -> Script:
-    with pytest.MonkeyPatch.context() as patched:
-        compile_briefly(patched, places=8)
+    with compiling_briefly(places=8):
         return story.solve(choose="score").script
 
 
