@@ -192,7 +192,7 @@ def test_what_was_typed_is_offered_again(desk: Any) -> None:
     shown: Desk = desk()
     shown.write(BRIEF + "# not saved\n")
     shown.page.wait_for_timeout(300)
-    shown.page.on("dialog", lambda dialog: dialog.accept())
+    shown.page.once("dialog", lambda dialog: dialog.accept())
     shown.page.reload()
     shown.page.get_by_role("button", name="Bring it back").click()
     shown.says("# not saved")
