@@ -168,9 +168,10 @@ class Usual:
         same origin: nothing that the page remembers is there for another test."""
         page.goto(empty)
         if self._rests:
-            return page.close()
-        page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
-        self._rests.append(page)
+            page.close()
+        else:
+            page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
+            self._rests.append(page)
 
 
 @pytest.fixture(scope="module")
