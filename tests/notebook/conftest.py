@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from i2pdsl.stories import Result, Script, load
-from render.conftest import chromium, open_page
+from render.conftest import chromium, open_page, usual
 
-__all__ = ["chromium", "open_page"]  # fixtures
+__all__ = ["chromium", "open_page", "usual"]  # fixtures
 
 FRIEND = """world maze
 length 6
