@@ -358,7 +358,7 @@ def test_much_of_everything_is_bounded(
 ) -> None:
     """As large as is allowed, and as hard to follow: chains, doubling, long lists."""
     if not FULL:  # the bound is reached with less work
-        monkeypatch.setattr(fits, "MOST_WORK", fits.MOST_WORK // 20)
+        monkeypatch.setattr(fits, "MOST_WORK", fits.MOST_WORK // 4)
 
     def listed(source: str, most: float) -> str:
         forgery = Forgery(good)
