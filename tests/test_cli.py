@@ -30,6 +30,7 @@ maximize sum_t P(rho > 0 | script[:t])
 search beam(starts = 50, polish = 1)
 """
 WALK = "world small\nlength 3\nsearch naive\n"
+SHORTLY = ("--pace", "10")  # films of fewer pictures
 
 
 @pytest.fixture(scope="module")
@@ -667,7 +668,7 @@ def test_progress_is_shown_on_a_terminal_only(place: Path, tmp_path: Path) -> No
     assert status == DONE
     assert json.loads(out)["cached"] is False
     assert "planning robot" in shown
-    command = ["run", "help.story", "--json", "--format", "gif"]
+    command = ["run", "help.story", "--json", "--format", "gif", *SHORTLY]
     status, out, shown = on_a_terminal(*command)
     assert status == DONE
     assert json.loads(out)["story"] == "help"
@@ -758,7 +759,7 @@ def test_interrupted_while_drawing(
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Bars, "drawing", drawing)
-    done = i2p("run", "walk.story", "--format", "mp4,svg", "--json")
+    done = i2p("run", "walk.story", "--format", "mp4,svg", "--json", *SHORTLY)
     assert done.status == INTERRUPTED
     assert "interrupted: the script is kept, not all its pictures are drawn" in done.err
     document = json.loads(done.out)
@@ -766,7 +767,7 @@ def test_interrupted_while_drawing(
     assert sorted(p.name for p in Path("out/walk").iterdir()) == [
         "comic.svg", "mind.svg", "script.json",
     ]  # fmt: skip
-    done = i2p("render", script, "--format", "gif", "--out", "r", "--json")
+    done = i2p("render", script, "--format", "gif", "--out", "r", "--json", *SHORTLY)
     assert done.status == INTERRUPTED
     assert json.loads(done.out)["files"] == {}
     assert list(Path("r").iterdir()) == []
@@ -794,7 +795,7 @@ def test_a_full_disk_while_drawing(place: Path, i2p: Run, monkeypatch: pytest.Mo
         raise RuntimeError("ffmpeg failed: No space\nleft on device")
 
     monkeypatch.setattr(film, "save_film", full)
-    done = i2p("run", "walk.story", "--format", "gif", "--seeds", "0-1", "--json")
+    done = i2p("run", "walk.story", "--format", "gif", "--seeds", "0-1", "--json", *SHORTLY)
     assert done.status == WRONG
     assert done.err == "error: ffmpeg failed: No space left on device\n"
     assert json.loads(done.out) == []
@@ -806,7 +807,7 @@ def test_a_film_that_cannot_be_written(
 ) -> None:
     """All else is, for each seed; it is said which film, which program, and what there is."""
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/no/ffmpeg")
-    done = i2p("run", "walk.story", "--format", "svg,gif,mp4", "--seeds", "0-1", "--json")
+    done = i2p("run", "walk.story", "--format", "svg,gif,mp4", "--seeds", "0-1", "--json", *SHORTLY)
     assert done.status == WRONG
     first, second = json.loads(done.out)
     assert list(first["files"]) == ["comic.svg", "mind.svg"] == list(second["files"])
@@ -818,7 +819,7 @@ def test_a_film_that_cannot_be_written(
         "IMAGEIO_FFMPEG_EXE, or let it name another one"
     )
     assert written == f"written all the same: {', '.join(first['files'].values())}"
-    done = i2p("render", first["script"], "--format", "mp4", "--out", "films")
+    done = i2p("render", first["script"], "--format", "mp4", "--out", "films", *SHORTLY)
     assert done.status == WRONG
     assert done.out == ""
     assert done.err.startswith("error: film.mp4 was not written: ")

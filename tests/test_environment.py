@@ -43,9 +43,18 @@ def solved(variables: dict[str, str]) -> tuple[bytes, str]:
 # JAX.
 
 
-def test_other_settings_of_jax_do_no_harm(place: Path) -> None:
-    usual, said = solved({})
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The script where nothing is set."""
+    with pytest.MonkeyPatch.context() as here:
+        here.chdir(tmp_path_factory.mktemp("usual"))
+        Path("left.story").write_text(LEFT, encoding="utf-8")
+        script, said = solved({})
     assert said == ""
+    return script
+
+
+def test_other_settings_of_jax_do_no_harm(place: Path, usual: bytes) -> None:
     assert solved({
         "JAX_DEBUG_NANS": "1",
         "JAX_DEFAULT_MATMUL_PRECISION": "bfloat16",
@@ -61,8 +70,7 @@ def test_other_settings_of_jax_do_no_harm(place: Path) -> None:
     }) == (usual, "")  # fmt: skip
 
 
-def test_what_is_not_there_is_said_and_the_cpu_computes(place: Path) -> None:
-    usual, _ = solved({})
+def test_what_is_not_there_is_said_and_the_cpu_computes(place: Path, usual: bytes) -> None:
     script, said = solved({"JAX_PLATFORMS": "moon", "XLA_FLAGS": "--to_the_moon"})
     assert script == usual
     first, second = said.splitlines()

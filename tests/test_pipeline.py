@@ -170,7 +170,7 @@ AWKWARD = (
 def test_any_name_is_refused_or_works_everywhere(kind: str, tmp_path: Path) -> None:
     """Run, save, load, ask, tables and pictures: what is written is read back."""
     refused = set()
-    for name in AWKWARD if FULL else AWKWARD[::3] + AWKWARD[-6:]:
+    for name in AWKWARD if FULL else AWKWARD[::5] + AWKWARD[-6:]:
         names = {"character": "me", "tile": "home", "object": "stone", kind: name}
         who, tile, thing = names["character"], names["tile"], names["object"]
         (tmp_path / "w.world").write_text(
@@ -592,15 +592,21 @@ def zipped(entries: dict[str, bytes], compression: int = zipfile.ZIP_STORED) -> 
 
 HEADER = "{{'descr': {}, 'fortran_order': False, 'shape': {}, }}"
 BOMBS = {
-    "compressed": zipped({"continuation_0.npy": bytes(2**26)}, zipfile.ZIP_DEFLATED),
-    "a huge shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (2**40, 2**20)))}),
-    "a large shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (2**28,)))}),
-    "a negative shape": zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (-1,)))}),
-    "objects": zipped({"continuation_0.npy": npy(HEADER.format("'|O'", (1,)), b"\x80\x04N.")}),
-    "a wide type": zipped({"continuation_0.npy": npy(HEADER.format("'<U100000000'", (9,)))}),
-    "a header that is code": zipped({"continuation_0.npy": npy("__import__('os')")}),
-    "no array": zipped({"continuation_0.npy": b"text"}),
-    "larger than it can be": b"\0" * 2**22,
+    "compressed": lambda: zipped({"continuation_0.npy": bytes(2**26)}, zipfile.ZIP_DEFLATED),
+    "a huge shape": lambda: zipped(
+        {"continuation_0.npy": npy(HEADER.format("'<f8'", (2**40, 2**20)))}
+    ),
+    "a large shape": lambda: zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (2**28,)))}),
+    "a negative shape": lambda: zipped({"continuation_0.npy": npy(HEADER.format("'<f8'", (-1,)))}),
+    "objects": lambda: zipped(
+        {"continuation_0.npy": npy(HEADER.format("'|O'", (1,)), b"\x80\x04N.")}
+    ),
+    "a wide type": lambda: zipped(
+        {"continuation_0.npy": npy(HEADER.format("'<U100000000'", (9,)))}
+    ),
+    "a header that is code": lambda: zipped({"continuation_0.npy": npy("__import__('os')")}),
+    "no array": lambda: zipped({"continuation_0.npy": b"text"}),
+    "larger than it can be": lambda: b"\0" * 2**22,
 }
 
 
@@ -610,7 +616,7 @@ def test_files_that_claim_to_be_large_take_no_memory(
 ) -> None:
     copy = cache / "plans" / plan_file.name
     copy.parent.mkdir(parents=True)
-    copy.write_bytes(BOMBS[name])
+    copy.write_bytes(BOMBS[name]())
     said: list[str] = []
     tracemalloc.start()
     assert store.load(copy.name.removesuffix(f"-v{store.VERSION}.npz"), said.append, 2**20) is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -50,11 +51,11 @@ class Place:
     name: str
     spec: Spec
 
-    @property
+    @cached_property
     def words(self) -> Vocabulary:
         return vocabulary_of(self.spec)
 
-    @property
+    @cached_property
     def roles(self) -> dict[str, str]:
         return roles_of(self.spec, self.words)
 
@@ -116,7 +117,7 @@ def beginning_in(name: str, place: Place, standard: Callable[[], PatternLibrary]
         message += f": nobody there {what}"
     else:
         library = standard()
-        pattern = next((p for p in library.patterns if folded(p["name"]) == folded(name)), None)
+        pattern = next((p for p in library.records if folded(p["name"]) == folded(name)), None)
         if pattern is not None:
             call = example_call(pattern, library.exports, place.words)
             if call is not None:
@@ -125,7 +126,7 @@ def beginning_in(name: str, place: Place, standard: Callable[[], PatternLibrary]
             message += f": it is for worlds of the kind {kind_of_beginning(elsewhere)}"
         else:
             known = {b.name for kind in KINDS for b in BEGINNINGS[kind]}
-            near = closest(folded(name), known | {folded(p["name"]) for p in library.patterns})
+            near = closest(folded(name), known | {folded(p["name"]) for p in library.records})
             hint = f"did you mean `{near}`?" if near else "`i2p new --list` tells what there is"
             message = f"there is no way to begin called `{called}`"
             raise error("no-pattern", message, whole_file(f"--pattern {called}"), hint)
@@ -208,6 +209,8 @@ def check(title: str, text: str, place: Place) -> Vocabulary:
     """
 
     def words(name: str, folder: Path | None = None, settings: Settings = ()) -> Vocabulary:
+        if not settings:
+            return place.words
         return vocabulary_of(place.spec.with_settings(dict(settings)))
 
     checked = check_source(Source(title, text), words)

@@ -60,12 +60,17 @@ class PatternLibrary:
         return [name for name, d in self.exports.names.items() if isinstance(d.item, ast.Let)]
 
     @cached_property
-    def patterns(self) -> list[Record]:
+    def records(self) -> list[Record]:
         """Of each of its own patterns: `name`, `file`, `signature`, `parameters` (each with `name`,
-        `kind`, `default`), `result`, `documentation`, `body`, `worlds` (library/fits.py) and
-        `examples` (each with `file`, `world`, `call`)."""
+        `kind`, `default`), `result`, `documentation`, `body` and `examples` (each with `file`,
+        `world`, `call`)."""
         inference = Inference()
-        found = [self._record(d, inference) for d in self.definitions.values()]
+        return [self._record(d, inference) for d in self.definitions.values()]
+
+    @cached_property
+    def patterns(self) -> list[Record]:
+        """The records with `worlds` (library/fits.py), which takes longest to find."""
+        found = [dict(record) for record in self.records]
         fit_all(found, self.exports, self.vocabularies)
         return found
 

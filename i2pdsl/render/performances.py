@@ -95,7 +95,12 @@ def side_by_side(
     stage = rows * painters[0].height + GAP * (rows - 1)
     height = -(-(stage + sum(part.height for part in below)) // 2) * 2
     canvas = np.full((height, width, 3), 255, dtype=np.uint8)
+    painted: float | None = None
     for time in times:
+        if time == painted:  # both ends of a film are held a while
+            yield canvas
+            continue
+        painted = time
         for number, painter in enumerate(painters):
             painter.paint(float(time))
             row, column = divmod(number, columns)

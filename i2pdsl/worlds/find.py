@@ -42,7 +42,7 @@ def find_spec(name: str, folder: Path | None = None) -> Spec | None:
 
 
 @lru_cache(maxsize=32)
-def _load(path: Path, _modified: int) -> Spec:
+def _load(path: Path, modified: int) -> Spec:
     return parse_world(read_source(path), path.stem, beside(path.parent))
 
 
@@ -58,10 +58,18 @@ def find_vocabulary(
 
     Raises StoryError if its file has mistakes.
     """
-    spec = find_spec(name, folder)
-    if spec is None:
+    path = world_path(name, folder)
+    if path is None:
         return None
-    return vocabulary_of(spec.with_settings(dict(settings)) if settings else spec)
+    modified = path.stat().st_mtime_ns
+    if settings:
+        return vocabulary_of(_load(path, modified).with_settings(dict(settings)))
+    return _words(path, modified)
+
+
+@lru_cache(maxsize=32)
+def _words(path: Path, modified: int) -> Vocabulary:
+    return vocabulary_of(_load(path, modified))
 
 
 def world_warnings(

@@ -33,7 +33,7 @@ from i2pdsl.worlds.find import find_vocabulary
 
 ROOT = Path(__file__).parents[2]
 EVERY_STATEMENT = ROOT / "tests" / "language" / "every_statement.story"
-STORIES = [*sorted((ROOT / "stories").rglob("*.story"))[:: 1 if FULL else 4], EVERY_STATEMENT]
+STORIES = [*sorted((ROOT / "stories").rglob("*.story"))[:: 1 if FULL else 8], EVERY_STATEMENT]
 
 
 @cache

@@ -83,7 +83,7 @@ def test_a_story_is_checked_at_once(path: Path) -> None:
     ],
 )
 def test_a_story_of_100_000_frames_is_checked_in_a_second(objective: str) -> None:
-    assert best_of(2, f"world kitchen\nlength 100000\nmaximize {objective}") < 2
+    assert best_of(1, f"world kitchen\nlength 100000\nmaximize {objective}") < 2
 
 
 def test_hundreds_of_statements() -> None:

@@ -310,45 +310,42 @@ def test_an_example_that_cannot_be_made_is_said(
         ),
     ],
 )
-def test_in_a_browser(place: Path, i2p: Run, width: int, scheme: str) -> None:
-    if not Path("/usr/bin/chromium").exists():
-        pytest.skip("needs the system's Chromium")
+def test_in_a_browser(
+    place: Path,
+    i2p: Run,
+    chromium: Any,  # noqa: F811
+    width: int,
+    scheme: str,
+) -> None:
     write(place, i2p)
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as player:
-        browser = player.chromium.launch(executable_path="/usr/bin/chromium")
-        context = browser.new_context(
-            viewport={"width": width, "height": 800},
-            color_scheme=scheme,  # type: ignore[arg-type]
+    context = chromium.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
+    page = context.new_page()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto((place / "book" / "index.html").as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.locator(".contents a").first.click()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for picture in page.locator("img").all():
+        picture.scroll_into_view_if_needed()
+        page.wait_for_function(
+            "e => e.complete && e.naturalWidth > 0", arg=picture.element_handle()
         )
-        page = context.new_page()
-        asked: list[str] = []
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto((place / "book" / "index.html").as_uri())
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        page.locator(".contents a").first.click()
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        for picture in page.locator("img").all():
-            picture.scroll_into_view_if_needed()
-            page.wait_for_function(
-                "e => e.complete && e.naturalWidth > 0", arg=picture.element_handle()
-            )
-        assert all(url.startswith("file:") for url in asked)
-        trouble: list[str] = []
-        page.on("console", lambda message: trouble.append(message.text))
-        page.on("pageerror", lambda problem: trouble.append(str(problem)))
-        page.get_by_role("button", name=re.compile("^Play it here")).first.click()
-        player = page.locator(".player").first
-        player.locator("[data-actor]").first.wait_for()
-        player.locator("#counter", has_text=re.compile(r"[1-9]\d* / \d+")).wait_for()
-        player.locator("#play").press("End")
-        player.locator("#counter", has_text=re.compile(r"(\d+) / \1")).wait_for()
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert trouble == []
-        page.locator(".example-head a").first.click()
-        assert page.locator("#play").is_visible()
-        browser.close()
+    assert all(url.startswith("file:") for url in asked)
+    trouble: list[str] = []
+    page.on("console", lambda message: trouble.append(message.text))
+    page.on("pageerror", lambda problem: trouble.append(str(problem)))
+    page.get_by_role("button", name=re.compile("^Play it here")).first.click()
+    player = page.locator(".player").first
+    player.locator("[data-actor]").first.wait_for()
+    player.locator("#counter", has_text=re.compile(r"[1-9]\d* / \d+")).wait_for()
+    player.locator("#play").press("End")
+    player.locator("#counter", has_text=re.compile(r"(\d+) / \1")).wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert trouble == []
+    page.locator(".example-head a").first.click()
+    assert page.locator("#play").is_visible()
+    context.close()
 
 
 def test_every_standard_pattern_has_a_small_picture() -> None:

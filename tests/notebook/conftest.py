@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import gc
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,9 +11,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from i2pdsl.stories import Result, Script, load
-from render.conftest import chromium, open_page
+from render.conftest import chromium, open_page, usual
 
-__all__ = ["chromium", "open_page"]  # fixtures
+__all__ = ["chromium", "open_page", "usual"]  # fixtures
 
 FRIEND = """world maze
 length 6
@@ -66,7 +67,9 @@ def notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Notebo
     book = Notebook(shell)
     assert book.run("%load_ext i2pdsl").success
     yield book
-    shell.atexit_operations()
+    with monkeypatch.context() as patched:
+        patched.setattr(gc, "collect", lambda: 0)  # of all that other tests have left
+        shell.atexit_operations()
     atexit.unregister(shell.atexit_operations)  # or it is done once more, and fails
     InteractiveShell.clear_instance()
 

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from i2pdsl.errors import Source
-from i2pdsl.render.files import UNSURE
+from i2pdsl.render.files import UNSURE, FilmLook
 from i2pdsl.render.grid.pictures import GridPictures, stage_of
 from i2pdsl.stories import Script, script_from
 from i2pdsl.worlds.record import parse_record
@@ -213,6 +213,7 @@ def test_the_stage_has_the_whole_cast() -> None:
 @pytest.mark.parametrize("make", [with_event, loner, lambda: small_script(3, 1, 0.0)])
 def test_every_format_is_written_whole(make: Any, tmp_path: Path) -> None:
     pictures = GridPictures(make())
+    pictures.look = FilmLook(pace=6)  # its films have fewer pictures
     steps: list[tuple[str, int, int]] = []
     kinds = ("mp4", "gif", "png", "svg", "html")
     found = pictures.save(

@@ -390,6 +390,7 @@ def test_all_pictures_of_one(tmp_path):
     seen = []
     one = performance(frames=12, spec=DUET, windows=(Window(3, 6, "w"),))
     pictures = PlanePictures([one], "A\ttitle")
+    pictures.look = FilmLook(pace=6)  # its films have fewer pictures
     files = pictures.save(
         tmp_path, ("png", "svg", "html", "gif", "mp4"), lambda *told: seen.append(told)
     )

@@ -10,6 +10,7 @@ import termios
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pexpect
 import pyte
@@ -17,6 +18,7 @@ import pytest
 from pexpect import fdpexpect
 
 from commands_for_tests import I2P, PATIENCE
+from fuzz_for_tests import FULL
 from repl.conftest import HELP
 
 UP, DOWN, TAB, ENTER = "\x1b[A", "\x1b[B", "\t", "\r"
@@ -108,28 +110,41 @@ class Terminal:
 Open = Callable[..., Terminal]
 
 
+def begun(state: Path, *arguments: str, columns: int = 100, rows: int = 40, **env: str) -> Terminal:
+    """A terminal that is ready, with a history in a folder."""
+    plain = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "COLUMNS", "LINES")}
+    own = {"TERM": "xterm-256color", "XDG_STATE_HOME": str(state), "LANG": "C.UTF-8"}
+    found = Terminal(arguments, columns, rows, {**plain, **own, **env})
+    found.until(lambda text: re.search(r"^i2p>", text, re.MULTILINE))
+    return found
+
+
 @pytest.fixture
 def terminal(tmp_path: Path) -> Iterator[Open]:
     """Opens terminals with a history of their own."""
     opened: list[Terminal] = []
 
-    def open_(*arguments: str, columns: int = 100, rows: int = 40, **env: str) -> Terminal:
-        plain = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "COLUMNS", "LINES")}
-        own = {"TERM": "xterm-256color", "XDG_STATE_HOME": str(tmp_path), "LANG": "C.UTF-8"}
-        found = Terminal(arguments, columns, rows, {**plain, **own, **env})
-        opened.append(found)
-        found.until(lambda text: re.search(r"^i2p>", text, re.MULTILINE))
-        return found
+    def open_(*arguments: str, **more: Any) -> Terminal:
+        opened.append(begun(tmp_path, *arguments, **more))
+        return opened[-1]
 
     yield open_
     for each in opened:
         each.close()
 
 
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
+    """One for tests that can do with whatever was done before."""
+    found = begun(tmp_path_factory.mktemp("usual"))
+    yield found
+    found.close()
+
+
 def test_a_session(terminal: Open, tmp_path: Path) -> None:
     """Answers, a mistake, several lines, the menu, and the end: one start of the program."""
     story = tmp_path / "help.story"
-    story.write_text(f"{HELP.read_text(encoding='utf-8')}search beam(polish = 0)\n")
+    story.write_text(f"{HELP.read_text(encoding='utf-8')}search beam(starts = 20, polish = 0)\n")
     one = terminal(str(story))
     text = one.until(lambda text: "help.story" in text.splitlines()[-1])  # the toolbar
     assert "`help` explains, Ctrl-D leaves" in text
@@ -199,7 +214,7 @@ def test_nothing_is_lost_where_no_history_can_be_written(terminal: Open, tmp_pat
 
 
 def test_leaving_at_once(terminal: Open) -> None:
-    for _ in range(2):
+    for _ in range(2 if FULL else 1):
         one = terminal()
         one.type("\x04")
         assert one.status() == 0
@@ -207,8 +222,8 @@ def test_leaving_at_once(terminal: Open) -> None:
         assert "Fatal" not in one.shown()
 
 
-def test_pasted_lines_are_done_one_after_the_other(terminal: Open) -> None:
-    one = terminal()
+def test_pasted_lines_are_done_one_after_the_other(usual: Terminal) -> None:
+    one = usual
     one.type("\x1b[200~let a = 2\nlet b =\n    a + 3\nb ^ 2\nb + 1\x1b[201~")
     one.until(lambda text: "b + 1" in text)
     text = one.enter("")
@@ -260,10 +275,11 @@ def test_without_colour(terminal: Open) -> None:
     assert "* 0.5" in one.shown()
 
 
-def test_colours(terminal: Open) -> None:
-    one = terminal()
+def test_colours(usual: Terminal) -> None:
+    one = usual
+    before = len(one.raw)
     one.enter("story")
-    start = one.raw.index(b"story")
+    start = one.raw.index(b"story", before)
     assert re.search(rb"\x1b\[[0-9;]+mworld", one.raw[start:])
 
 
@@ -289,8 +305,8 @@ def test_a_narrow_window(terminal: Open) -> None:
     assert "Traceback" not in one.shown()
 
 
-def test_a_window_that_changes_its_size(terminal: Open) -> None:
-    one = terminal(columns=100)
+def test_a_window_that_changes_its_size(usual: Terminal) -> None:
+    one = usual
     termios.tcsetwinsize(one.master, (40, 50))
     one.screen.resize(40, 50)
     time.sleep(0.2)

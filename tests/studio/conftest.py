@@ -42,7 +42,15 @@ class Desk:
         self.page = page
         self.trouble: list[str] = []
         page.on("console", self._hear)
-        page.on("pageerror", lambda problem: self.trouble.append(str(problem)))
+        page.on("pageerror", self._fail)
+
+    def leave(self) -> None:
+        """Hears no more of the page."""
+        self.page.remove_listener("console", self._hear)
+        self.page.remove_listener("pageerror", self._fail)
+
+    def _fail(self, problem: Any) -> None:
+        self.trouble.append(str(problem))
 
     def _hear(self, message: Any) -> None:
         # The picture that a test opens first has no icon, which browsers look for at any time.
@@ -142,33 +150,53 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     studio.kill()
 
 
+class Usual:
+    """The context that pages of a module's tests share, and one page of it that is opened anew for
+    each test: what a browser has once compiled it keeps."""
+
+    def __init__(self, chromium: Any):  # noqa: F811
+        self.context = chromium.new_context(reduced_motion="reduce")
+        # A film may wait for what is compiled for pages that are gone, with half a core.
+        self.context.set_default_timeout(240_000)
+        self._rests: list[Any] = []
+
+    def page(self) -> Any:
+        return self._rests.pop() if self._rests else self.context.new_page()
+
+    def take_back(self, page: Any, empty: str) -> None:
+        """Keeps a page for the next test, or closes it. `empty` is the address of something of the
+        same origin: nothing that the page remembers is there for another test."""
+        page.goto(empty)
+        if self._rests:
+            page.close()
+        else:
+            page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
+            self._rests.append(page)
+
+
 @pytest.fixture(scope="module")
-def usual(chromium: Any) -> Iterator[Any]:  # noqa: F811
-    """What pages of a module's tests share: what a browser has once compiled it keeps."""
-    context = chromium.new_context(reduced_motion="reduce")
-    # A film may wait for what is compiled for pages that are gone, with half a core.
-    context.set_default_timeout(240_000)
-    yield context
-    context.close()
+def usual(chromium: Any) -> Iterator[Usual]:  # noqa: F811
+    found = Usual(chromium)
+    yield found
+    found.context.close()
 
 
 @pytest.fixture
-def desk(chromium: Any, usual: Any, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
+def desk(chromium: Any, usual: Usual, served: Served) -> Iterator[Callable[..., Desk]]:  # noqa: F811
     """Opens pages of the studio, its story as it was; in the end nothing may have gone wrong."""
     fill(served.folder)
     (served.folder / "help.story").write_text(BRIEF, encoding="utf-8")
     desks: list[Desk] = []
     own: list[Any] = []
 
-    def context_for(late: int | None, more: dict[str, Any]) -> Any:
-        if late is None and not more:
-            return own[-1] if own else usual
-        context = chromium.new_context(reduced_motion="reduce", **more)
-        context.set_default_timeout(240_000)
-        if late is not None:
-            context.add_init_script(LATE.replace("SEED", str(late)))
-        own.append(context)
-        return context
+    def page_for(late: int | None, more: dict[str, Any]) -> Any:
+        if late is not None or more:
+            context = chromium.new_context(reduced_motion="reduce", **more)
+            context.set_default_timeout(240_000)
+            if late is not None:
+                context.add_init_script(LATE.replace("SEED", str(late)))
+            own.append(context)
+        return own[-1].new_page() if own else usual.page()
 
     def opened(
         path: str | None = "help.story",
@@ -178,19 +206,18 @@ def desk(chromium: Any, usual: Any, served: Served) -> Iterator[Callable[..., De
         late: int | None = None,
         **more: Any,
     ) -> Desk:
-        page = context_for(late, more).new_page()
+        page = page_for(late, more)
         page.set_viewport_size({"width": width, "height": height})
         page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-        if not desks:  # nothing is kept of another test
-            page.goto(f"{served.address.partition('#')[0]}icon.svg")
-            page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
         desk = Desk(page)
         desks.append(desk)
         return desk.open(served.address, path)
 
     yield opened
-    for desk in desks:
-        desk.page.close()
     for context in own:
         context.close()
+    for desk in desks:
+        desk.leave()
+        if desk.page.context is usual.context:
+            usual.take_back(desk.page, f"{served.address.partition('#')[0]}icon.svg")
     assert [trouble for desk in desks for trouble in desk.trouble] == []

@@ -82,9 +82,9 @@ def test_who_is_only_pressed_keeps_no_film_waiting(desk: Any) -> None:
     shown.seek(2)
     shown.page.mouse.click(*shown.place("robot"))
     shown.spots()
-    shown.write(BRIEF.replace("length 6", "length 5"))
+    shown.write(BRIEF.replace("length 6", "length 8"))
     shown.solved()
-    assert shown.page.locator("#timeline .counter").inner_text().endswith("/ 5")
+    assert shown.page.locator("#timeline .counter").inner_text().endswith("/ 8")
     assert shown.page.locator("#stage .spot").count() == 0
 
 
@@ -95,15 +95,15 @@ def test_the_server_is_killed_and_the_page_goes_on(desk: Any, served: Served) ->
     served.kill()
     notice = shown.page.locator('[data-notice="lost"]')
     notice.wait_for()
-    shown.write(BRIEF.replace("length 6", "length 7"))
+    shown.write(BRIEF.replace("length 6", "length 9"))
     shown.page.keyboard.press("Control+s")
     shown.page.get_by_text("Not saved").wait_for()
     served.start()
     notice.wait_for(state="detached")
     shown.solved()
-    assert "length 7" in shown.text()
+    assert "length 9" in shown.text()
     shown.page.keyboard.press("Control+s")
     shown.page.get_by_role("button", name="Saved").wait_for()
-    assert "length 7" in (served.folder / "help.story").read_text(encoding="utf-8")
+    assert "length 9" in (served.folder / "help.story").read_text(encoding="utf-8")
     assert all("WebSocket" in each for each in shown.trouble)  # that nobody answers
     shown.trouble.clear()

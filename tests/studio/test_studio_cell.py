@@ -181,9 +181,9 @@ def test_its_module_in_a_cell(kernel: Kernel, chromium: Any) -> None:  # noqa: F
     until(f"{in_cell}.querySelector('#state').textContent === 'ready'")
     page.get_by_role("button", name="Undo").click()
     assert page.evaluate("model.state.text") == BRIEF
-    page.evaluate("text => model.changed(text)", BRIEF.replace("length 6", "length 4"))
-    until(f"{in_cell}.querySelector('.counter').textContent.endsWith('/ 4')")
-    assert "length 4" in page.get_by_label("The story’s text").input_value()
+    page.evaluate("text => model.changed(text)", BRIEF.replace("length 6", "length 8"))
+    until(f"{in_cell}.querySelector('.counter').textContent.endsWith('/ 8')")
+    assert "length 8" in page.get_by_label("The story’s text").input_value()
     page.get_by_label("The story’s text").fill(BRIEF.replace("rho", "rhoo"))
     until(f"{in_cell}.querySelector('#state').dataset.kind === 'wrong'")
     page.evaluate("window.leave()")
