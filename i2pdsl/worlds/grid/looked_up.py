@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Problems, Tables, state_count
+from i2pdsl.worlds.grid.policy import log_policy
 
 Array = Any
 
@@ -67,7 +67,7 @@ def with_policies(tables: Tables, count: int) -> Tables:
             def with_part(part: Array, table: Array) -> Array:
                 first = part * POLICIES_AT_ONCE
                 some = first + numpy.arange(POLICIES_AT_ONCE, dtype=np.int32)
-                policy = model.log_policy(tables, who, some)
+                policy = log_policy(tables, who, some)
                 return lax.dynamic_update_slice_in_dim(table, policy, first, axis=0)
 
             shape = (states, len(tables.successor[who]), *tables.columns[who].shape)

@@ -35,6 +35,7 @@ from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.parts import part_of
 from i2pdsl.worlds.grid.planning import Plan, Report
+from i2pdsl.worlds.grid.policy import value
 from i2pdsl.worlds.grid.problems import (
     problem_keys,
 )
@@ -217,7 +218,7 @@ class GridWorld:
         return action < self.moves.turn_count
 
     def value(self, tables: Tables, who: int, state: Array) -> Array:
-        return model.value(tables, who, state)
+        return value(tables, who, state)
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         return features.attempts(tables, self.moves, state, action)
