@@ -146,9 +146,17 @@ def log_softmax(tables: Tables, who: int, state: Array) -> Array:
         each = (_choices(tables, who, some) for some in _few(tables, who, state))
         found = np.concatenate([scaled - total for scaled, total in each], axis=1)
         return np.moveaxis(found, 0, 1).reshape(*state.shape, *found.shape[::2])
+    return _softmax(tables, who, state)[0]
+
+
+def _softmax(tables: Tables, who: int, state: Array) -> tuple[Array, Array]:
+    """log P(a | s) and P(a | s) of every planning problem: [..., A, P] each."""
+    xp = namespace(tables.coordinates)
     scaled = tables.sharpness[who] * action_values(tables, who, state)
     scaled = scaled - xp.max(scaled, axis=-2, keepdims=True)
-    return scaled - xp.log(xp.sum(xp.exp(scaled), axis=-2, keepdims=True))
+    weights = xp.exp(scaled)
+    total = xp.sum(weights, axis=-2, keepdims=True)
+    return scaled - xp.log(total), weights / total
 
 
 def _few(tables: Tables, who: int, every: np.ndarray) -> list[np.ndarray]:
@@ -203,6 +211,18 @@ def _with_irrational(tables: Tables, who: int, log_probability: Array) -> Array:
     count = action_count(tables, who)
     irrational = xp.full_like(log_probability[..., :1], -math.log(count))
     return xp.concatenate([log_probability, irrational], axis=-1)
+
+
+def _by_problem(tables: Tables, who: int, state: Array, columns: Array) -> tuple[Array, Array]:
+    """log P(a | s) and P(a | s) of the problems in some columns, [..., A, O, Q] each."""
+    log_policy, policy = _softmax(tables, who, state)
+    log_policy = _with_irrational(tables, who, log_policy)
+    xp = namespace(tables.coordinates)
+    random = xp.full_like(policy[..., :1], 1 / action_count(tables, who))
+    policy = xp.concatenate([policy, random], axis=-1)
+    if columns.shape == (1, policy.shape[-1]):  # one observer, who knows of all problems
+        return log_policy[..., None, :], policy[..., None, :]
+    return log_policy[..., columns], policy[..., columns]
 
 
 def _by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
@@ -263,9 +283,9 @@ def turns(tables: Tables, moves: Moves, state: Array) -> Branches:
             columns, hypotheses = tables.by_problem[who]
             by = None
             if columns.size:
-                known = _with_irrational(tables, who, log_softmax(tables, who, seen))
-                known = of_outcomes(known)[..., chosen, :][..., columns]
-                by = ByProblem(placed(known, 2), hypotheses)
+                known = _by_problem(tables, who, seen, columns)
+                logs, likely = (placed(of_outcomes(k)[..., chosen, :, :], 2) for k in known)
+                by = ByProblem(logs, likely, hypotheses)
             problems.append(by)
         moved = of_outcomes(landed != place[..., None])
         rows.append(placed(row, 2))
