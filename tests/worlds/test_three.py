@@ -29,6 +29,7 @@ from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.record import Record
 from reference import Character, Object
+from searches_for_tests import compiling_briefly
 from stories_for_tests import BARE
 from worlds_for_tests import Pair, planned
 
@@ -506,7 +507,8 @@ start at(one, (1, 0)) and at(two, (2, 0)) and at(three, (3, 0))
 maximize P(rho > 0 | script[:1]) + P(rho < 0 and G_one = a | script[:2])
 {BARE}search beam(starts = 1, width = 1000, polish = 0)
 """
-    result = Story.from_text(text, tmp_path).solve()
+    with compiling_briefly():
+        result = Story.from_text(text, tmp_path).solve()
     truth = R.World(
         ["...."],
         {"a": (0, 0), "b": (3, 0)},
