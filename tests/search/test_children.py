@@ -16,8 +16,9 @@ from i2pdsl.objective.frame import observe
 from i2pdsl.objective.terms import story_objective
 from i2pdsl.programs import BRIEF, compiled
 from i2pdsl.search import rollout
+from i2pdsl.worlds.grid.looked_up import by_problem
 from i2pdsl.worlds.grid.planning import solve
-from i2pdsl.worlds.grid.world import GridWorld, assemble, by_problem
+from i2pdsl.worlds.grid.world import GridWorld, assemble
 from i2pdsl.worlds.ready import viewers_of
 from i2pdsl.worlds.world import single_precision
 from worlds_for_tests import small_kitchen
