@@ -7,15 +7,7 @@ import numpy as np
 from i2pdsl.worlds.grid.arrays import Against, Tables
 from i2pdsl.worlds.grid.packed import States
 from i2pdsl.worlds.grid.planning import Plan
-from i2pdsl.worlds.grid.problems import (
-    answering,
-    costs,
-    expectations,
-    ground,
-    on_goal,
-    problem_of,
-    state_tables,
-)
+from i2pdsl.worlds.grid.problems import answering, expectations, problem_of, rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.hypotheses import rationality_of
@@ -35,18 +27,16 @@ def expected(
     offsets = [
         np.cumsum([0, *(len(p.keys[who]) for p in distinct)]) for who in range(len(spec.characters))
     ]
-    continuation, columns, sharpness, goals = [], [], [], []
+    continuation, columns, sharpness = [], [], []
     for who, c in enumerate(spec.characters):
         continuation.append(
             distinct[0].continuation[who]
             if len(distinct) == 1
             else np.concatenate([p.continuation[who] for p in distinct], axis=1)
         )
-        keys = [key for p in distinct for key in p.keys[who]]
-        goals.append(on_goal(spec, dynamics, who, keys))
-        beta = np.empty(len(keys))
+        beta = np.empty(offsets[who][-1])
         most = len(plans[0].keys[who]) + 1 if spec.is_sampled else len(rows)
-        column = np.full((len(viewers), most), len(keys))
+        column = np.full((len(viewers), most), len(beta))
         for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
             first = offsets[who][places[seen_as[o]]]
             sharp = viewer.sharpness * viewer.spec.settings.beta
@@ -62,24 +52,19 @@ def expected(
     nowhere = np.full((spec.place_count - len(dynamics.coordinates), 2), -9)
     coordinates = np.vstack([dynamics.coordinates, nowhere])
     log_prior = log_priors(viewers, words)
-    return Tables(
-        **state_tables(dynamics),
+    keys = tuple(
+        tuple(key for p in distinct for key in p.keys[who]) for who in range(len(spec.characters))
+    )
+    against = _against(viewers, plans, distinct, offsets) if spec.together else None
+    rules = rules_of(spec, dynamics, keys, bool(spec.settings.horizon), against)
+    return rules._replace(
         coordinates=coordinates,
-        absent=np.array(dynamics.absent),
-        success=np.array([c.success for c in spec.characters]),
-        cost=costs(spec),
-        ground=ground(spec, dynamics),
-        gamma=np.array(spec.settings.gamma),
-        reward=np.array(spec.settings.goal),
         continuation=tuple(continuation),
         columns=tuple(columns),
         sharpness=tuple(sharpness),
-        goals=tuple(goals),
         log_prior=log_prior,
         forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
         switching=switching_of(viewers, words, log_prior),
-        layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
-        against=_against(viewers, plans, distinct, offsets) if spec.together else None,
         terms=distinct[0].terms,
     )
 
