@@ -1,4 +1,5 @@
-"""Searches on several devices: each has its own share, and finds what one alone would find."""
+"""Searches and plans on several devices: each has its own share, and finds what one alone would
+find."""
 
 from __future__ import annotations
 
@@ -31,13 +32,13 @@ print(json.dumps({"devices": len(jax.devices()), "score": found.score, "scores":
 """
 
 
-def solved(text: str, folder: Path, devices: int) -> dict[str, float]:
+def solved(text: str, folder: Path, devices: int, cache: str) -> dict[str, float]:
     path = folder / "told.story"
     path.write_text(text)
     flags = f"{os.environ['XLA_FLAGS']} --xla_force_host_platform_device_count={devices}"
     done = subprocess.run(
         [sys.executable, "-c", SOLVE, path, folder],
-        env={**os.environ, "XLA_FLAGS": flags},
+        env={**os.environ, "XLA_FLAGS": flags, "I2PDSL_CACHE": cache},
         capture_output=True,
         text=True,
         check=True,
@@ -50,13 +51,24 @@ def solved(text: str, folder: Path, devices: int) -> dict[str, float]:
 def test_two_devices_find_what_one_finds(tmp_path: Path) -> None:
     folder = with_small_world(tmp_path)
     one = i2pdsl.Story.from_text(MAP, folder=folder).solve(seed=1)  # there is one here
-    two = solved(MAP, folder, 2)
+    two = solved(MAP, folder, 2, str(tmp_path / "cache"))
     np.testing.assert_allclose(two["scores"], [each.score for each in one.candidates], rtol=1e-5)
+    (plan,) = (tmp_path / "cache" / "plans").glob("*.npz")
+    with (
+        np.load(plan) as theirs,
+        np.load(Path(os.environ["I2PDSL_CACHE"]) / "plans" / plan.name) as ours,
+    ):
+        values = [name for name in ours if name.startswith("continuation")]
+        assert len(values) == 2
+        for name in values:
+            np.testing.assert_allclose(theirs[name], ours[name], atol=1e-4)
 
 
 @pytest.mark.slow
 def test_seeds_are_shared_out(tmp_path: Path) -> None:
     """Seeds that do not divide evenly among the devices go to fewer of them."""
-    one, four, three = (solved(PLANE, tmp_path, devices) for devices in (1, 4, 3))
+    one, four, three = (
+        solved(PLANE, tmp_path, devices, os.environ["I2PDSL_CACHE"]) for devices in (1, 4, 3)
+    )
     np.testing.assert_allclose(four["scores"], one["scores"], rtol=1e-2)
     np.testing.assert_allclose(three["scores"], one["scores"], rtol=1e-2)

@@ -224,7 +224,7 @@ def choices(
     return np.array(problem), np.array([m.rho or 0.0 for m in seen])
 
 
-def state_tables(dynamics: States) -> dict[str, Any]:
+def _state_tables(dynamics: States) -> dict[str, Any]:
     """The tables of a world's states, by their names."""
     if not isinstance(dynamics, Dynamics):
         nothing = dict.fromkeys(("cells", "lookup", "strides"))
@@ -235,17 +235,22 @@ def state_tables(dynamics: States) -> dict[str, Any]:
 
 
 def rules_of(
-    spec: GridSpec, dynamics: States, keys: tuple[tuple[Key, ...], ...], frames: bool
+    spec: GridSpec,
+    dynamics: States,
+    keys: tuple[tuple[Key, ...], ...],
+    frames: bool,
+    against: tuple[tuple[Against, ...], ...] | None = None,
 ) -> Tables:
     """The tables of a world's rules, without any values.
 
     Args:
         frames: whether the numbers of states tell the frame.
+        against: what those who act together expect of each other, where it is known.
     """
     nothing = np.zeros(0)
     goals = tuple(on_goal(spec, dynamics, who, each) for who, each in enumerate(keys))
     return Tables(
-        **state_tables(dynamics),
+        **_state_tables(dynamics),
         coordinates=dynamics.coordinates,
         absent=np.array(dynamics.absent),
         success=np.array([c.success for c in spec.characters]),
@@ -260,5 +265,5 @@ def rules_of(
         log_prior=nothing,
         forgetting=nothing,
         layer=np.array(dynamics.state_count) if frames else None,
-        against=expectations(spec, keys) if spec.together else None,
+        against=against or (expectations(spec, keys) if spec.together else None),
     )
