@@ -35,7 +35,8 @@ from worlds_for_tests import kitchen_text
 
 ROWS = ("P.", ".G", "..")
 FRAMES = 5
-FOUR = """
+FOUR = (
+    """
 map
     R.L
     W..
@@ -47,10 +48,13 @@ tile well
     symbol = W
 character princess
     goals = {roses, lake, well}
-""" + "".join(
-    f"character {name}\n    goals = {{roses, lake, well, none}}\n"
-    "    toward = {princess: {-2, 0, 2}}\n"
-    for name in ("knight", "ghost", "dragon")
+"""
+    + "".join(
+        f"character {name}\n    goals = {{roses, lake, well, none}}\n"
+        "    toward = {princess: {-2, 0, 2}}\n"
+        for name in ("knight", "ghost", "dragon")
+    )
+    + "planning\n    gamma = 0.8\n"
 )
 
 

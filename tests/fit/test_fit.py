@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import warnings
+from contextlib import redirect_stderr, redirect_stdout
 from itertools import combinations, product
 from pathlib import Path
 
@@ -14,6 +16,7 @@ import pytest
 import i2pdsl
 from commands_for_tests import Outcome, Run, process
 from fuzz_for_tests import FULL
+from i2pdsl.cli import run_command
 from i2pdsl.computing import computing
 from i2pdsl.language.people import read_people
 from worlds_for_tests import with_small_world
@@ -103,7 +106,11 @@ def fitted(folder: Path) -> tuple[Outcome, Path]:
     if FULL:
         given += ["--pair", f"more:{QUESTION}"]
         given += ["--cue", "mean_t [idle(robot) @ script[t]]", "--cue", "t"]
-    return process("fit", table, "-o", out, *given), out
+    said, problems = io.StringIO(), io.StringIO()
+    with redirect_stdout(said), redirect_stderr(problems), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of libraries, as a command does
+        status = run_command(["fit", str(table), "-o", str(out), *given])
+    return Outcome(status, said.getvalue(), problems.getvalue()), out
 
 
 def test_the_truth_comes_back(fitted: tuple[Outcome, Path]) -> None:
