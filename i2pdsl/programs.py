@@ -200,10 +200,12 @@ def _place(is_split: bool, devices: int) -> jax.NamedSharding | None:
     return jax.NamedSharding(_mesh(devices), jax.P("device") if is_split else jax.P())
 
 
-def on_devices(arrays: Any, devices: int) -> Any:
-    """A tree of arrays that several devices share, copied to each of them once."""
-    place = _place(False, devices)
-    return arrays if place is None else jax.device_put(arrays, place)
+def on_devices(arrays: Any, devices: int, apart: bool = False) -> Any:
+    """A tree of arrays that several devices share, copied to each of them once; or `apart`, where
+    each has its own part along their first axis."""
+    if devices == 1 and not apart:
+        return arrays
+    return jax.device_put(arrays, _place(apart, devices))
 
 
 def _compile(

@@ -96,6 +96,7 @@ class World:
         self.rho = {pair: "rho" if len(pairs) == 1 else "_".join(("rho", *pair)) for pair in pairs}
         self.hypotheses = merged(self) if hypotheses == "merged" else literal(self)
         self._values, self._q, self._replies, self._filtered = {}, {}, {}, {}  # memory only
+        self._policies = {}  # so, too
 
     # ---- States and moves ---------------------------------------------------------------------
 
@@ -311,7 +312,11 @@ class World:
         """log P(a | s, H) = log softmax(beta Q_H(s, .))[a]; uniform for an irrational character."""
         if not h[f"R_{who}"]:
             return dict.fromkeys(ACTIONS, -math.log(len(ACTIONS)))
-        return log_softmax({a: self.beta * q for a, q in self.q_values(who, h, state).items()})
+        key = (who, tuple(h.items()), state if isinstance(state, tuple) else self.state(state))
+        if key not in self._policies:
+            q = self.q_values(who, h, state)
+            self._policies[key] = log_softmax({a: self.beta * value for a, value in q.items()})
+        return self._policies[key]
 
     def policy(self, who, h, state):
         return {a: math.exp(log_p) for a, log_p in self.log_policy(who, h, state).items()}
@@ -873,12 +878,11 @@ def plausibility(world, script):
 def naturalness(world, script):
     """- sum over all observed actions of E[max_a log P(a | H) - log P(action | H)], under the
     belief just after the action, everybody being rational."""
-    belief, total = world.prior(), 0.0
+    steps, total = world.filtered(script), 0.0
     for t in frames_of(script):
-        for who, action, state, _ in world.actions(
-            world.state_at(script, t - 1), script["frames"][t - 1]
-        ):
-            belief = world.update(belief, who, state, action)
+        seen = world.actions(steps[t - 1][0], script["frames"][t - 1])
+        _, last, before = steps[t]
+        for (who, action, state, _), belief in zip(seen, [*before[1:], last], strict=False):
             for i, p in given(world, belief).items():
                 log_policy = world.log_policy(who, world.hypotheses[i], state)
                 total -= p * (max(log_policy.values()) - log_policy[action])

@@ -1,7 +1,9 @@
-"""Searches that tests shorten: a beam mostly looks again at what it found (`polish`)."""
+"""Searches that tests shorten: a beam mostly looks again at what it found (`polish`), and its
+program is compiled for longer than it runs in a world of a few cells."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,6 +12,7 @@ from typing import Any
 import pytest
 
 from fuzz_for_tests import FULL
+from i2pdsl.search import beam
 from i2pdsl.stories import Result, Story
 
 
@@ -31,4 +34,16 @@ def searching_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Story, "solve", solved)
+        yield
+
+
+@contextmanager
+def compiling_briefly(places: int | None = None) -> Iterator[None]:
+    """No beam's program is compiled to last: it runs once or twice, for a few starts. With
+    `places`, it searches from so many at a time; else from 64 or more, which takes as long for one.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(beam, "BRIEF_SECONDS", math.inf)
+        if places is not None:
+            patched.setattr(beam, "block_size", lambda *_: places)
         yield

@@ -27,11 +27,12 @@ from i2pdsl.objective.terms import score_script, story_objective
 from i2pdsl.render.pictures import pictures_of
 from i2pdsl.render.reasons import reasons_in_words
 from i2pdsl.scripts import Script, script_of
-from i2pdsl.worlds.grid import world as grid_world
+from i2pdsl.worlds.grid import looked_up
+from i2pdsl.worlds.grid.looked_up import by_problem
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import Plan, solve
 from i2pdsl.worlds.grid.problems import problem_keys
-from i2pdsl.worlds.grid.world import GridWorld, assemble, by_problem, unplanned_world
+from i2pdsl.worlds.grid.world import GridWorld, assemble, unplanned_world
 from i2pdsl.worlds.ready import viewers_of
 from i2pdsl.worlds.world import Viewer
 from worlds_for_tests import Pair, small_kitchen
@@ -263,7 +264,7 @@ def test_what_is_known_by_problems_is_what_is_known_by_hypotheses() -> None:
 
 def seen(text: str, viewers: int, monkeypatch: pytest.MonkeyPatch) -> GridWorld:
     """A world as a search without a table of policies sees it, nothing being planned."""
-    monkeypatch.setattr(grid_world, "MOST_POLICY_BYTES", 0)
+    monkeypatch.setattr(looked_up, "MOST_POLICY_BYTES", 0)
     spec = parse_world(Source("seen.world", text), "seen")
     world = unplanned_world(spec)
     watching = tuple(Viewer(spec, sharpness=1.0 + o) for o in range(viewers))

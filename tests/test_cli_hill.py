@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -141,15 +142,27 @@ def test_training_settings_that_are_wrong(i2p: Run, setting: str, words: str) ->
     assert words in done.err
 
 
-def test_train_stores_what_a_story_then_uses(
-    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Three weights on another slope, hardly trained at all."""
+ANOTHER = ("--set", "weights={0.1,0.3,0.5}", "--set", "slope=0.2")
+TRAIN = ("train", "hill", *ANOTHER, "--iterations", "6")
+
+# One hill for all trainings that follow: its programs are compiled once.
+SAME_HILL, SAME_LOOKER = cache(training.hill_environment), cache(training.looker)
+
+
+@pytest.fixture
+def quick(place: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("I2PDSL_CACHE", str(place / "cache"))
     monkeypatch.setattr(training, "FRAMES", 20)
+    monkeypatch.setattr(training, "CHUNK", 2)
     monkeypatch.setattr(training, "improve_often", BRIEFLY)
-    changes = ("--set", "weights={0.1,0.3,0.5}", "--set", "slope=0.2")
-    done = i2p("train", "hill", *changes, "--iterations", "2", "--json")
+    monkeypatch.setattr(training, "hill_environment", SAME_HILL)
+    monkeypatch.setattr(training, "looker", SAME_LOOKER)
+    return place
+
+
+def test_train_stores_what_a_story_then_uses(quick: Path, i2p: Run) -> None:
+    """Three weights on another slope, hardly trained at all."""
+    done = i2p(*TRAIN, "--json")
     assert done.status == DONE, done.err
     document = json.loads(done.out)
     assert document["weights"] == [0.1, 0.3, 0.5]
@@ -157,7 +170,7 @@ def test_train_stores_what_a_story_then_uses(
     assert document["finished"]
     assert Path(document["controllers"]).is_file()
     heavy = ("--set", "heavy=weight >= 0.3")
-    run = i2p("run", "mime.story", *changes, *heavy, "--naive", "--format", "png", "--json")
+    run = i2p("run", "mime.story", *ANOTHER, *heavy, "--naive", "--format", "png", "--json")
     assert run.status == DONE, run.err
     asked = i2p("query", json.loads(run.out)["script"], "P(weight | script[:T])", "--json")
     assert json.loads(asked.out)["value"].keys() == {"0.1", "0.3", "0.5", "unknown"}
@@ -184,12 +197,9 @@ def test_an_interrupted_training_keeps_what_it_has(place: Path) -> None:
 
 
 def test_a_signal_while_it_trains_keeps_what_there_is(
-    place: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
+    quick: Path, i2p: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same in this process, in small pieces."""
-    monkeypatch.setenv("I2PDSL_CACHE", str(place / "cache"))
-    monkeypatch.setattr(training, "FRAMES", 20)
-    monkeypatch.setattr(training, "CHUNK", 2)
     pieces = []
 
     def improve(*given: Any) -> Any:
@@ -199,11 +209,11 @@ def test_a_signal_while_it_trains_keeps_what_there_is(
         return pieces[-1]
 
     monkeypatch.setattr(training, "improve_often", improve)
-    done = i2p(*FOREVER)
+    done = i2p(*TRAIN)
     assert done.status == INTERRUPTED, done.err
     assert "interrupted: the best so far is kept" in done.err
     assert len(pieces) == 2
-    assert list((place / "cache" / "controllers").glob("*.npz"))
+    assert list((quick / "cache" / "controllers").glob("*.npz"))
 
 
 def test_a_recipe_is_what_was_measured() -> None:

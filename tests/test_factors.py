@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -24,6 +25,7 @@ from i2pdsl.language.query import check_audience
 from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import replay
+from i2pdsl.programs import BRIEF
 from i2pdsl.stories import Story
 from i2pdsl.worlds.grid import hypotheses
 from i2pdsl.worlds.grid.describe import in_words
@@ -35,6 +37,7 @@ from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
 from i2pdsl.worlds.record import Trajectory
 from i2pdsl.worlds.world import Viewer
+from searches_for_tests import compiling_briefly
 
 FRAMES = 5
 THREE = """
@@ -53,11 +56,12 @@ character princess
     "    toward = {princess: {-2, 0, 2}}\n"
     for name in ("knight", "ghost")
 )
+PLANNING = "planning\n    gamma = 0.8\n"
 ASKED = "rho_knight_princess G_ghost"
 
 
 def spec_of(**settings: float | str) -> GridSpec:
-    text = f"{THREE}planning\n    gamma = 0.8\n"
+    text = THREE + PLANNING
     return parse_world(Source("three.world", text), "three").with_settings(settings)
 
 
@@ -278,36 +282,44 @@ def test_nothing_gets_too_improbable(count: int, kind: str) -> None:
     within[(0,) * (count + 1)] = within[(*(1,) * count, 0)] = True
     mask = xp.asarray(within.reshape(-1))
 
-    def row(u: int, likes: list[float]) -> np.ndarray:
-        return xp.asarray(likes if u == 0 else likes * 3, kind)
+    def rows_of(likes: np.ndarray) -> list[np.ndarray]:
+        return [likes, *[xp.tile(likes, 3)] * count]
 
-    for likes in ([-900.0, -905.0, 0.0], [-80.0, -85.0, 0.0], [-2.0, 0.0, -300.0]):
-        held = factors.begun(tables)
-        for _ in range(3):
-            for u in range(count + 1):
-                asked = tables, held, u, row(u, likes)
-                assert np.isfinite(factors.likely(*asked)).all()
-                ones = xp.ones(len(tables.columns[u]), kind)
-                mean = factors.mean(*asked[:3], ones, mask)
-                assert float(mean) == pytest.approx(1, abs=1e-4)
-                held = factors.seen_by(*asked)
+    def once_more(tables: FactorTables, mask: np.ndarray, held: Factors, likes: np.ndarray) -> Any:
+        """What is held after all have acted, what shall be finite of it, and what shall be 1."""
+        finite, ones = [], []
+        for u, row in enumerate(rows_of(likes)):
+            finite.append(factors.likely(tables, held, u, row))
+            every = xp.ones(len(tables.columns[u]), kind)
+            ones.append(factors.mean(tables, held, u, every, mask))
+            held = factors.seen_by(tables, held, u, row)
+        return held, finite, ones
+
+    def asked(tables: FactorTables, mask: np.ndarray, held: Factors, likes: np.ndarray) -> Any:
+        """The belief, and what else shall be finite."""
         belief = factors.log_belief(tables, held)
+        shape = [(1,) * u + (1,) + (1,) * (count - u) for u in range(count + 1)]
+        rows = tuple(row.reshape(*shape[u], -1) for u, row in enumerate(rows_of(likes)))
+        quantity = partial(factors.Points.of_rows, values=belief)
+        return belief, (
+            factors.expectation(tables, held, mask, quantity, ()),
+            *factors.ahead(tables, held, rows, mask),
+            factors.entropy(tables, held, mask),
+            factors.divergence(tables, factors.begun(tables), held, mask),
+        )
+
+    if xp is jnp:
+        once_more, asked = (jax.jit(f, compiler_options=BRIEF) for f in (once_more, asked))
+    for each in ([-900.0, -905.0, 0.0], [-80.0, -85.0, 0.0], [-2.0, 0.0, -300.0]):
+        held, likes = factors.begun(tables), np.array(each, kind)
+        for _ in range(3):
+            held, finite, ones = once_more(tables, mask, held, likes)
+            assert all(np.isfinite(found).all() for found in finite)
+            np.testing.assert_allclose(ones, 1, atol=1e-4)
+        belief, found = asked(tables, mask, held, likes)
         assert np.isfinite(belief).all()
         assert np.exp(belief).sum() == pytest.approx(1, abs=1e-4)
-        shape = [(1,) * u + (1,) + (1,) * (count - u) for u in range(count + 1)]
-        rows = tuple(row(u, likes).reshape(*shape[u], -1) for u in range(count + 1))
-        quantity = partial(factors.Points.of_rows, values=belief)
-        expected = factors.expectation(tables, held, mask, quantity, ())
-        chance, after = factors.ahead(tables, held, rows, mask)
-        begun = factors.begun(tables)
-        for found in (
-            chance,
-            after,
-            expected,
-            factors.entropy(tables, held, mask),
-            factors.divergence(tables, begun, held, mask),
-        ):
-            assert np.isfinite(found).all()
+        assert all(np.isfinite(each).all() for each in found)
 
 
 def test_what_is_all_but_impossible_is_known_exactly_in_single_precision() -> None:
@@ -391,7 +403,8 @@ search beam(starts = 8, width = 1, polish = 1)
         (folder / "three.world").write_text(told)
         story = Story.from_text(text, folder)
         assert bool(story.typed.vocabulary.factors) == by_factors
-        found.append(story.solve(choose="score").script.score)
+        with compiling_briefly(places=8):
+            found.append(story.solve(choose="score").script.score)
     assert found[0] is not None
     assert found[1] == pytest.approx(found[0], abs=1e-3)
 
@@ -405,7 +418,9 @@ FOUR = (
 
 def four(folder: Path, text: str) -> Story:
     more = FOUR[FOUR.index("character ghost") :].replace("ghost", "dragon")
-    (folder / "four.world").write_text((FOUR + more).replace("    pushes = princess\n", ""))
+    (folder / "four.world").write_text(
+        (FOUR + more).replace("    pushes = princess\n", "") + PLANNING
+    )
     return Story.from_text(f"world four\nlength 3\n{text}\n", folder)
 
 

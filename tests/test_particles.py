@@ -32,6 +32,7 @@ from i2pdsl.stories import Script, Story
 from i2pdsl.worlds.grid.holdings import holdings_of
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.world import Viewer
+from searches_for_tests import compiling_briefly
 from worlds_for_tests import small_kitchen
 
 ROWS = ("P.", ".G", "..")
@@ -97,12 +98,16 @@ def watch(
     """The estimated evidence as a multiple of the exact one, [S], and P of each hypothesis after
     each frame, [S, T, H]."""
     rows = frames.log_rows[1:, :, 0]
-    rows = np.broadcast_to(rows, (len(seeds), *rows.shape))
-    found, beliefs = _watch(swarms(world, viewer, plan, seeds), jnp.asarray(rows))
     truth = log_sum(frames.log_expecting[1:] + frames.log_rows[1:]).sum()
-    return np.exp(np.asarray(found, float) - truth), np.asarray(beliefs, float)
+    found = []
+    for some in (seeds[n : n + AT_ONCE] for n in range(0, len(seeds), AT_ONCE)):
+        each = np.broadcast_to(rows, (len(some), *rows.shape))
+        found.append(_watch(swarms(world, viewer, plan, some), jnp.asarray(each)))
+    evidence, beliefs = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return np.exp(evidence.astype(float) - truth), beliefs.astype(float)
 
 
+AT_ONCE = 50  # seeds: a program is of so many
 PLAN = Particles(count=64, frames=16, moves=1)
 
 
@@ -261,15 +266,20 @@ search beam(starts = 4, width = 2, polish = 0)
 """
 
 
+def searched(story: Story) -> Script:
+    with compiling_briefly(places=8):
+        return story.solve(choose="score").script
+
+
 @cache
 def solved() -> Any:
     story = Story.from_text(STORY)
-    return story, story.solve(choose="score").script
+    return story, searched(story)
 
 
 def test_a_story_before_particles_is_searched_and_asked() -> None:
     story, script = solved()
-    again = story.solve(choose="score").script
+    again = searched(story)
     assert again.score == script.score
     assert (again.trajectory.actions == script.trajectory.actions).all()
     own, all_ = (script.query(f"P{x}(rho > 0 | script[:t])") for x in ("", "[all]"))

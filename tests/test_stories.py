@@ -12,14 +12,16 @@ from stories_for_tests import MAPS, PATHS, check, expectations, name
 
 # Each is searched with others of its kind in `make test-all`: told by the same pattern as another
 # one, with other values, or in a world of three as another; one is searched in seven lengths; and
-# those whose patterns are made of what others have, too.
+# those whose patterns are made of what others have, too. What some of them add is tried on small
+# maps: when something happens (test_requirements.py), pins (test_pins.py), walls (test_reach.py).
 TWINS = (
     *("rivals", "unmasked", "alliance", "favourite", "matchmaker", "turncoat"),
     "park/shared-secret",
     *("hinder", "indifferent", "misjudged", "flashback-hinder", "icarus", "man-in-a-hole"),
     *("oedipus", "rags-to-riches", "riches-to-rags", "change-of-heart"),
     *("cinderella", "foreshadowing", "from-afar", "flashback-help", "reveal", "surprising"),
-    *("guard", "suspenseful", "maze/shared-secret"),
+    *("guard", "suspenseful", "maze/shared-secret", "doorkeeper"),
+    *("the-push", "key-poses", "estate/chase", "helping-hand"),
 )
 
 

@@ -2,7 +2,8 @@
 
 All functions accept leading axes (time, candidates). A mask [H] holds the conditions; the
 functions never see a mask that no hypothesis fulfils (the checker refuses it). A `share` is the
-belief as probabilities, where none is too small for them: it saves the exponentials.
+belief as probabilities, where none is too small for them: it saves the exponentials; or, as a
+product, most of the sums.
 """
 
 from __future__ import annotations
@@ -13,20 +14,24 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.audience.filter import Switching, log_sum, summed, update
+from i2pdsl.audience.product import Product, multiplied
 
 Array = Any
 
 LEAST = 2e-6  # of the belief of who holds particles: below, none need be there (particles.FLOOR)
 
 
+Share = Array | Product
+
+
 def _namespace(array: Array) -> Any:
     return array.__array_namespace__()
 
 
-def probability(log_belief: Array, event: Array, mask: Array, share: Array | None = None) -> Array:
+def probability(log_belief: Array, event: Array, mask: Array, share: Share | None = None) -> Array:
     """P(event | mask) = P(event and mask) / P(mask), [...]."""
     if share is not None:
-        return (summed(share, event & mask) / summed(share, mask)).mean(-1)
+        return (_within(share, event & mask) / _within(share, mask)).mean(-1)
     xp = _namespace(log_belief)
     if xp is np:  # what is left out is known, and need not be read
         held = log_belief.compress(mask, axis=-1)
@@ -36,10 +41,11 @@ def probability(log_belief: Array, event: Array, mask: Array, share: Array | Non
     return xp.where(event, conditioned(log_belief, mask), 0.0).sum(-1).mean(-1)
 
 
-def conditioned(log_belief: Array, mask: Array, share: Array | None = None) -> Array:
+def conditioned(log_belief: Array, mask: Array, share: Share | None = None) -> Array:
     """The belief given a mask: probabilities [..., O, H], 0 outside the mask."""
     xp = _namespace(log_belief)
     if share is not None:
+        share = multiplied(share)
         return xp.where(mask, share, 0.0) / summed(share, mask)[..., None]
     held = xp.where(mask, log_belief, -xp.inf)
     weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
@@ -47,26 +53,41 @@ def conditioned(log_belief: Array, mask: Array, share: Array | None = None) -> A
 
 
 def expectation(
-    log_belief: Array, quantity: Array, mask: Array, share: Array | None = None
+    log_belief: Array, quantity: Array, mask: Array, share: Share | None = None
 ) -> Array:
     """E[quantity | mask]; the quantity is broadcastable to [..., O, H]."""
     return each_expects(log_belief, quantity, mask, share).mean(-1)
 
 
 def each_expects(
-    log_belief: Array, quantity: Array, mask: Array, share: Array | None = None
+    log_belief: Array, quantity: Array, mask: Array, share: Share | None = None
 ) -> Array:
     """E[quantity | mask] of each observer, [..., O]."""
     xp = _namespace(log_belief)
     if share is not None:
+        if isinstance(share, Product) and xp.ndim(quantity) == 1:
+            return share.summed(xp.where(mask, quantity, 0.0)) / _within(share, mask)
+        share = multiplied(share)
         return summed(xp.where(mask, share * quantity, 0.0)) / summed(share, mask)
     weighted = conditioned(log_belief, mask) * xp.where(mask, quantity, 0.0)
     return weighted.sum(-1)
 
 
-def marginal(log_belief: Array, groups: Array, mask: Array, share: Array | None = None) -> Array:
+def marginal(log_belief: Array, groups: Array, mask: Array, share: Share | None = None) -> Array:
     """The probability of each value of a latent; groups is one-hot [H, V]. [..., O, V]."""
+    if isinstance(share, Product):
+        xp, whole = _namespace(log_belief), _within(share, mask)
+        each = [share.summed(xp.where(mask, groups[:, v], 0.0)) for v in range(groups.shape[1])]
+        return xp.stack(each, axis=-1) / whole[..., None]
     return conditioned(log_belief, mask, share) @ groups
+
+
+def _within(share: Share, mask: Array) -> Array:
+    """P(mask), [..., O]."""
+    if isinstance(share, Product):
+        xp = _namespace(share.before)
+        return share.summed(xp.where(mask, 1.0, 0.0).astype(share.before.dtype))
+    return summed(share, mask)
 
 
 def _weighted_log(xp: Any, weights: Array, of: Array) -> Array:
@@ -79,7 +100,7 @@ def entropy(
     log_belief: Array,
     groups: Array | None,
     mask: Array,
-    share: Array | None = None,
+    share: Share | None = None,
     counts: Array | None = None,
 ) -> Array:
     """- sum p log p in nats, of one latent's marginal or of the whole hypothesis.
@@ -90,8 +111,10 @@ def entropy(
             which is added (Miller's correction; Zhang and Grabchak 2013, DOI 10.3390/e15061999).
     """
     xp = _namespace(log_belief)
-    p = conditioned(log_belief, mask, share)
-    p = p if groups is None else p @ groups
+    if groups is None:
+        p = conditioned(log_belief, mask, share)
+    else:
+        p = marginal(log_belief, groups, mask, share)
     each = -_weighted_log(xp, p, p).sum(-1)
     if counts is not None:
         within = xp.exp(log_sum(log_belief, mask))

@@ -3,6 +3,7 @@ of particles or factors."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -10,12 +11,12 @@ from i2pdsl.audience.filter import (
     LEAST,
     Switching,
     log_of,
-    share_after,
     spread_of,
     update,
     updated_share,
 )
 from i2pdsl.audience.holding import Holding, HoldingTables, way_of
+from i2pdsl.audience.product import Product
 from i2pdsl.audience.queries import each_expects
 from i2pdsl.language.story import default_assumption
 from i2pdsl.worlds.world import ByProblem, World
@@ -24,12 +25,13 @@ Array = Any
 
 
 class Belief(NamedTuple):
-    """log P(H), [..., O, H]; P(H), where it is held so; and what those hold who hold particles or
-    factors instead."""
+    """log P(H), [..., O, H]; P(H), where it is held so; what those hold who hold particles or
+    factors instead; and P(H) as the product that it was found by, if it was."""
 
     log: Array
     share: Array | None = None
     holdings: tuple[Holding, ...] = ()
+    product: Product | None = None
 
     def shown(self, tables: Sequence[HoldingTables | None]) -> Belief:
         """The belief with that of particles, or factors, in the place of each who holds some."""
@@ -95,14 +97,15 @@ class Belief(NamedTuple):
         """Once an action was observed; see filter.update."""
         if self.share is None:
             return Belief(update(self.log, row, forgetting, switching))
+        xp, product = self.share.__array_namespace__(), None
         if known is None:
             share = updated_share(self.share, row, forgetting)
         else:  # of some problems, not of all hypotheses
-            xp = self.share.__array_namespace__()
-            each = xp.exp(xp.maximum(known.log_rows, LEAST))
-            likely = _of_each(lambda o, them: each[..., o, :] @ them, known.hypotheses)
-            share = share_after(self.share, likely, spread_of(forgetting, self.share.shape[-1]))
-        return Belief(share.__array_namespace__().log(share), share)
+            likely = xp.maximum(known.rows, math.exp(LEAST))
+            spread = spread_of(forgetting, self.share.shape[-1])
+            product = Product(self.share, likely, known.hypotheses, spread)
+            share = product.multiplied()
+        return Belief(xp.log(share), share, (), product)
 
     def regret(
         self, world: World, tables: Any, u: int, regret: Array, known: ByProblem | None = None
@@ -115,9 +118,8 @@ class Belief(NamedTuple):
         """
         xp = self.log.__array_namespace__()
         rational = xp.asarray(default_assumption(world.vocabulary))
-        if known is not None and self.share is not None:
-            share, within = self.share, xp.where(rational, known.hypotheses, 0.0)
-            of_problems = _of_each(lambda o, them: share[..., o, :] @ them.T, within)
+        if known is not None and self.product is not None:
+            of_problems = self.product.by_problem(xp.where(rational, 1.0, 0.0))
             each = (of_problems * known.log_rows).sum(-1)
             return each / of_problems.sum(-1)
         if world.lists_hypotheses:
@@ -147,13 +149,6 @@ class Belief(NamedTuple):
         parts = zip(self[:2], *(other[:2] for other in others), strict=True)
         log, share = (None if part[0] is None else change(*part) for part in parts)
         return Belief(log, share)
-
-
-def _of_each(product: Callable[[int, Array], Array], hypotheses: Array) -> Array:
-    """Products with those of each observer, [O, Q, H], side by side: [..., O, any]. Compilers make
-    more of products of matrices than of a sum over three axes."""
-    found = [product(o, hypotheses[o]) for o in range(len(hypotheses))]
-    return hypotheses.__array_namespace__().stack(found, axis=-2)
 
 
 def _of_tables(tables: Sequence[HoldingTables | None]) -> list[HoldingTables]:

@@ -270,7 +270,8 @@ def _init(
     holds: bool,
 ) -> Callable[..., _Carry]:
     def init(tables: Any, params: Params, state: Array) -> _Carry:
-        prior, _, holdings = first_belief(world, tables)
+        belief = first_belief(world, tables)
+        prior, holdings = belief.log, belief.holdings
         xp = prior.__array_namespace__()
         zero = xp.zeros((), dtype=prior.dtype)
         zero_frames = xp.zeros((), dtype=xp.int32) + (0 if params.before is None else params.before)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from i2pdsl.audience.holding import Holding
+from i2pdsl.audience.product import Product
+from i2pdsl.audience.queries import Share
 from i2pdsl.language import typed as ty
 from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.hindsight import Chain, chain_of, hindsight, how_many, may_be_ahead
@@ -61,15 +63,21 @@ class Frame(NamedTuple):
         share = None if self.shares is None else self.shares.belief
         return Belief(self.log_belief, share, self.holdings)
 
+    @property
+    def share(self) -> Share | None:
+        """The same as probabilities, where it is held so; as a product, where that is at hand."""
+        if self.shares is None:
+            return None
+        return self.shares.belief if self.shares.product is None else self.shares.product
+
     def each(self, change: Callable[..., Array], *others: Frame) -> Frame:
         """The frame with each of its arrays changed, given the same ones of others."""
         parts = zip(self[:-2], *(other[:-2] for other in others), strict=True)
         held = [frame.shares for frame in (self, *others) if frame.shares is not None]
         changed: Any = [change(*part) for part in parts]
-        shares = [change(*part) for part in zip(*held, strict=True)]
         holdings = zip(self.holdings, *(other.holdings for other in others), strict=False)
         return Frame(*changed)._replace(
-            shares=Shares(*shares) if shares else None,
+            shares=held[0].each(change, *held[1:]) if held else None,
             holdings=tuple(held.each(change, *more) for held, *more in holdings),
         )
 
@@ -85,16 +93,32 @@ class Frame(NamedTuple):
             log_expecting=self.log_expecting[..., some, :],
             log_rows=self.log_rows[..., some, :],
             regret=self.regret[..., some],
-            shares=None if shares is None else Shares(*(part[..., some, :] for part in shares)),
+            shares=None if shares is None else shares.of(some),
         )
 
 
 class Shares(NamedTuple):
-    """P(H) as `log_previous`, `log_belief` and `log_expecting` of a frame are its logarithms."""
+    """P(H) as `log_previous`, `log_belief` and `log_expecting` of a frame are its logarithms; and
+    `belief` as the product that it is, if it is at hand."""
 
     previous: Array
     belief: Array
     expecting: Array
+    product: Product | None = None
+
+    def of(self, viewers: slice) -> Shares:
+        """The same of some of the observers."""
+        previous, belief, expecting = (part[..., viewers, :] for part in self[:3])
+        product = None if self.product is None else self.product.of(viewers)
+        return Shares(previous, belief, expecting, product)
+
+    def each(self, change: Callable[..., Array], *others: Shares) -> Shares:
+        """The same with each of its arrays changed, given the same ones of others."""
+        parts = zip(self[:3], *(other[:3] for other in others), strict=True)
+        previous, belief, expecting = (change(*part) for part in parts)
+        held = [shares.product for shares in (self, *others) if shares.product is not None]
+        product = held[0].each(change, *held[1:]) if held else None
+        return Shares(previous, belief, expecting, product)
 
 
 def observe(
@@ -149,7 +173,8 @@ def shares_of(previous: Belief, belief: Belief, expecting: Sequence[Belief]) -> 
     if previous.share is None or belief.share is None:
         return None
     xp = belief.share.__array_namespace__()
-    return Shares(previous.share, belief.share, xp.stack([b.share for b in expecting], axis=-3))
+    expected = xp.stack([b.share for b in expecting], axis=-3)
+    return Shares(previous.share, belief.share, expected, belief.product)
 
 
 @dataclass(frozen=True)
@@ -166,7 +191,7 @@ class View:
     state: Array
     frame: Frame | None
     exists: Array | bool = True
-    share: Array | None = None
+    share: Share | None = None
     holdings: tuple[Holding, ...] = ()
 
     def of(self, viewers: ty.Viewers | None) -> View:
@@ -174,7 +199,10 @@ class View:
         if viewers is None:
             return self
         belief = self.log_belief[..., slice(*viewers), :]
-        share = None if self.share is None else self.share[..., slice(*viewers), :]
+        share = self.share
+        if share is not None:
+            some = slice(*viewers)
+            share = share.of(some) if isinstance(share, Product) else share[..., some, :]
         frame = None if self.frame is None else self.frame.of(viewers)
         holdings = self.holdings  # which are asked where everybody holds some
         if len(holdings) == self.log_belief.shape[-2]:
@@ -184,12 +212,12 @@ class View:
 
 def view_after(frame: Frame, moment: ty.Moment, exists: Array | bool = True) -> View:
     """A frame as seen at its end, or once some of its actions were observed."""
-    log_belief, share, holdings = frame.belief
+    log_belief, share = frame.log_belief, frame.share
     if moment.seen is not None:
         log_belief = frame.log_expecting[..., moment.seen, :, :]
         if frame.shares is not None:
             share = frame.shares.expecting[..., moment.seen, :, :]
-    return View(log_belief, frame.state, frame, exists, share, holdings)
+    return View(log_belief, frame.state, frame, exists, share, frame.holdings)
 
 
 class StepScope:
@@ -238,8 +266,8 @@ class StartScope:
 
 def prior_view(scope: Any, state: Array, exists: Array | bool = True) -> View:
     """The moment before anything moved."""
-    log_belief, _, holdings = first_belief(scope.world, scope.tables)
-    return View(log_belief, state, None, exists, holdings=holdings)
+    belief = first_belief(scope.world, scope.tables)
+    return View(belief.log, state, None, exists, holdings=belief.holdings)
 
 
 class EndScope:

@@ -35,23 +35,24 @@ class HeldScope:
     def view(self, moment: ty.Moment) -> View:
         if moment.first is None:
             return prior_view(self, state=self.first_state)
-        log_belief, share, holdings = self.frame.belief
-        return View(log_belief, self.frame.state, self.frame, True, share, holdings)
+        frame = self.frame
+        return View(frame.log_belief, frame.state, frame, True, frame.share, frame.holdings)
 
 
 def still(world: World, last: Frame) -> Frame:
     """A frame after another in which nothing happens, as in an event without effect."""
-    shares = last.shares
+    shares, xp = last.shares, last.log_belief.__array_namespace__()
+    each = lambda belief: xp.broadcast_to(belief, last.log_expecting.shape)
+    if shares is not None:
+        shares = Shares(shares.belief, shares.belief, each(shares.belief), shares.product)
     return last._replace(
         before=last.state,
         action=last.action * 0 + world.turn_count,
         log_previous=last.log_belief,
-        log_expecting=last.log_expecting * 0 + last.log_belief[None],
-        log_rows=last.log_rows * 0,
-        regret=last.regret * 0,
-        shares=None
-        if shares is None
-        else Shares(shares.belief, shares.belief, shares.expecting * 0 + shares.belief[None]),
+        log_expecting=each(last.log_belief),
+        log_rows=xp.zeros_like(last.log_rows),
+        regret=xp.zeros_like(last.regret),
+        shares=shares,
     )
 
 

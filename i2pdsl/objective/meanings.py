@@ -55,7 +55,7 @@ class Asked(NamedTuple):
         return self.views[0].log_belief
 
     @property
-    def share(self) -> Array | None:
+    def share(self) -> queries.Share | None:
         """The same as probabilities, where it is held so."""
         return self.views[0].share
 

@@ -24,7 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from i2pdsl.planning.problem import Problem
-from i2pdsl.programs import compiled_program
+from i2pdsl.programs import compiled_program, on_devices
 from i2pdsl.sizes import padded_size
 
 Array = Any
@@ -135,8 +135,8 @@ class _Run:
         watch = _Watch(gamma, target, len(drift), warm, float(np.finfo(h.dtype).eps))
         while not watch.done.all():
             parts = _parts(self.problem, np.flatnonzero(~watch.done), h.dtype)
-            groups = [_group(self.problem, part, h.dtype) for part in parts]
-            values = [_start(h[:, group.columns]) for group in groups]
+            groups = _groups(self.problem, parts, h.dtype)
+            values = [_start(h[:, group.columns].swapaxes(0, 1)) for group in groups]
             watch.leaps[:] = False
             effort = _effort(self.problem, parts, h.dtype)
             while not watch.done.all() and REGROUP * effort < self.effort(watch, h.dtype):
@@ -154,16 +154,17 @@ class _Run:
                     worst = float(watch.residual.max())
                     left = log(max(worst / target, 1.0)) / -log(max(gamma, 1e-9))
                     self.progress(self.sweeps, worst, self.sweeps + left)
-            for part, group, value in zip(parts, groups, values, strict=True):
-                h[:, part] = np.asarray(value.now)[:, : len(part)]
-                done = np.flatnonzero(watch.done[part])
-                if h.dtype == np.float64 and len(done):
-                    c = group.columns
-                    _, swept = self.run(group, value, np.zeros(len(c), bool), drift[c], LAST)
+            for group, value in zip(groups, values, strict=True):
+                c = group.columns
+                h[:, c] = np.asarray(value.now).swapaxes(0, 1)
+                if h.dtype == np.float64 and watch.done[c].any():
+                    _, swept = self.run(group, value, np.zeros(c.shape, bool), drift[c], LAST)
                     middle, residual = swept.changes()
                     level = (drift[c] + middle) / (1 - gamma)
-                    h[:, part[done]] = np.asarray(swept.w)[:, done] + level[done]
-                    watch.residual[part[done]] = residual[done]
+                    for own, w, above, left in zip(c, swept.w, level, residual, strict=True):
+                        done = watch.done[own]
+                        h[:, own[done]] = np.asarray(w)[:, done] + above[done]
+                        watch.residual[own[done]] = left[done]
         return watch.residual
 
     def effort(self, watch: _Watch, dtype: np.dtype) -> int:
@@ -175,9 +176,10 @@ class _Run:
         self, group: _Group, values: _Values, leaps: np.ndarray, drift: np.ndarray, stages: Array
     ) -> tuple[_Values, _Swept]:
         """`_cycle` of a group."""
-        drift = drift.astype(values.now.dtype)
+        drift, stages = drift.astype(values.now.dtype), np.tile(stages, (len(drift), 1))
         arguments = (values, leaps, drift, stages, group.moves)
-        program = compiled_program(("plan",), _cycle, arguments, _RESULT, self.say)
+        apart = tuple(range(len(arguments)))
+        program = compiled_program(("plan",), _cycle, arguments, _RESULT, self.say, apart=apart)
         moved: tuple[_Values, _Swept] = program.run(*arguments)
         return moved
 
@@ -248,7 +250,7 @@ def _is_small(problem: Problem) -> bool:
 
 
 class _Moves(NamedTuple):
-    """What a sweep over W columns reads, on the device. Actions that move nobody are left out."""
+    """What a sweep over W columns reads. Actions that move nobody are left out."""
 
     successor: Array  # [A, S]
     cost: Array  # [A]
@@ -261,11 +263,35 @@ class _Moves(NamedTuple):
 
 
 class _Group(NamedTuple):
-    columns: np.ndarray  # [W], the last ones repeat the first where there are too few
-    moves: _Moves
+    """What is swept at once: on each of D devices its own W columns."""
+
+    columns: np.ndarray  # [D, W], the last ones repeat others where there are too few
+    moves: _Moves  # of each device, [D, ...]
 
 
-def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
+def _groups(problem: Problem, parts: list[np.ndarray], dtype: np.dtype) -> list[_Group]:
+    """Parts whose sweeps are one program, as many at once as there are devices."""
+    alike: dict[Any, list[tuple[np.ndarray, _Moves]]] = {}
+    devices = len(jax.devices())
+    found = []
+    for part in parts:
+        columns, moves = _columns(problem, part, dtype)
+        waiting = alike.setdefault(tuple(a.shape for a in jax.tree.leaves(moves)), [])
+        waiting.append((columns, moves))
+        if len(waiting) == devices:
+            found.append(_side_by_side(waiting))
+            waiting.clear()
+    return found + [_side_by_side([*w, *w[:1] * (devices - len(w))]) for w in alike.values() if w]
+
+
+def _side_by_side(own: list[tuple[np.ndarray, _Moves]]) -> _Group:
+    columns, moves = zip(*own, strict=True)
+    stacked = jax.tree.map(lambda *each: np.stack(each), *moves)
+    return _Group(np.stack(columns), on_devices(stacked, len(own), apart=True))
+
+
+def _columns(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> tuple[np.ndarray, _Moves]:
+    """The columns [W] of a part, and what a sweep over them reads."""
     small = _is_small(problem)
     columns = np.resize(columns, _shape(problem, columns, dtype)[0])
     everywhere = np.arange(problem.successor.shape[1])
@@ -301,7 +327,7 @@ def _group(problem: Problem, columns: np.ndarray, dtype: np.dtype) -> _Group:
         real(problem.reward[np.ix_(filled, problem.goal[columns])]),
         tuple(answers),
     )
-    return _Group(columns, jax.device_put(moved))
+    return columns, moved
 
 
 def _expectation(value: Array, moves: _Moves) -> Array:
@@ -326,7 +352,7 @@ def _best(w: Array, moves: _Moves) -> Array:
 
 
 class _Values(NamedTuple):
-    """Where a group stands: h [S, W] now and STRIDE sweeps before, how far to leap on [W]."""
+    """Where a part stands: h [S, W] now and STRIDE sweeps before, how far to leap on [W]."""
 
     now: Array
     before: Array
@@ -342,7 +368,7 @@ class _Swept(NamedTuple):
     size: Array  # [W], the largest |h|
 
     def changes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The middle and half the range of T(h) - drift - h: [W] each."""
+        """The middle and half the range of T(h) - drift - h: [D, W] each, of all devices."""
         low, high = np.asarray(self.least, float), np.asarray(self.most, float)
         return (low + high) / 2, (high - low) / 2
 
@@ -351,7 +377,9 @@ _RESULT = (_Values(0, 0, 0), _Swept(0, 0, 0, 0))
 
 
 def _start(h: np.ndarray) -> _Values:
-    return jax.device_put(_Values(h, h, np.zeros(h.shape[1], h.dtype)))
+    """Where parts begin, of values [D, S, W]."""
+    values = _Values(h, h, np.zeros((len(h), h.shape[2]), h.dtype))
+    return on_devices(values, len(h), apart=True)
 
 
 def _cycle(

@@ -100,7 +100,7 @@ def _in_box(loss: Loss, start: Array, steps: int, bound: float) -> tuple[Array, 
         return (point, state, *best), None
 
     state = solver.init_state(start, hyperparams_proj=limits)
-    carry = (start, state, start, *loss(start))
+    (value, along), gradient = jax.value_and_grad(loss, has_aux=True)(start)
+    carry = (start, state, start, value, along)
     (_, _, best, _, along), _ = jax.lax.scan(step, carry, None, length=steps)
-    gradient = jax.grad(lambda point: loss(point)[0])(start)
     return best, along, (~jnp.isfinite(gradient).all()).astype(jnp.int32)

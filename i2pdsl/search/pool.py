@@ -15,8 +15,7 @@ import jax.numpy as jnp
 
 from i2pdsl.objective.compile import Params
 from i2pdsl.objective.fold import Objective
-from i2pdsl.objective.frame import Frame
-from i2pdsl.search.rollout import Node, children, follow, scores
+from i2pdsl.search.rollout import Children, Node, children, follow
 from i2pdsl.worlds.world import World
 
 Array = Any
@@ -59,25 +58,25 @@ def grown(
     """
     places = jnp.arange(pool.state.shape[0])
     offspring = max(OFFSPRING, IN_ALL_FRAMES // frames)
-    expand = jax.vmap(partial(_expand, world, objective, events, tables, params, rule.ahead))
+    expand = jax.vmap(partial(children, world, objective, events, tables, params, rule.ahead))
     # A frame seen anew costs less than to keep what was seen in all children.
     step = jax.vmap(lambda node, action: follow(world, objective, tables, params, node, action)[0])
 
     def turn(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
-        children, values = expand(pool)  # [M, K, ...], [M, K]
+        found = expand(pool)  # [M, K]
         # At first a group's places are the same: each offers its share of the children.
-        share = jnp.arange(values.shape[1]) % rule.width == (places % rule.width)[:, None]
+        share = jnp.arange(found.worth.shape[1]) % rule.width == (places % rule.width)[:, None]
         first = 0 if before is None else before
-        values = jnp.where((t > first) | share, values, -jnp.inf)
+        worth = jnp.where((t > first) | share, found.worth, -jnp.inf)
         parent, child = jax.lax.cond(
             rule.width == 1,
-            lambda: (places, jnp.argmax(values, axis=1).astype(places.dtype)),
-            lambda: _chosen(objective.keeps_history, offspring, pool, children, values, rule),
+            lambda: (places, jnp.argmax(worth, axis=1).astype(places.dtype)),
+            lambda: _chosen(offspring, pool, found._replace(worth=worth), rule),
         )
-        action = children.action[parent, child]
+        action = found.action[parent, child]
         pool = step(jax.tree.map(lambda x: x[parent], pool), action)
-        worth = jnp.where(parent < 0, -jnp.inf, values[parent, child])
-        return pool._replace(score=worth), (parent, action)
+        score = jnp.where(parent < 0, -jnp.inf, worth[parent, child])
+        return pool._replace(score=score), (parent, action)
 
     def turn_or_none(pool: Node, t: Array) -> tuple[Node, tuple[Array, Array]]:
         none = (pool, (places, jnp.zeros(places.shape, jnp.int32)))
@@ -86,19 +85,6 @@ def grown(
     step_on = turn if before is None else turn_or_none
     pool, steps = jax.lax.scan(step_on, pool, jnp.arange(frames))
     return pool.score, _traced(places, steps)
-
-
-def _expand(
-    world: World,
-    objective: Objective,
-    events: tuple[int, ...],
-    tables: Any,
-    params: Params,
-    ahead: Array,
-    node: Node,
-) -> tuple[Frame, Array]:
-    frames, real = children(world, tables, node, events)
-    return frames, scores(objective, tables, params, node, frames, real, ahead)
 
 
 def _traced(places: Array, steps: tuple[Array, Array]) -> Array:
@@ -111,27 +97,25 @@ def _traced(places: Array, steps: tuple[Array, Array]) -> Array:
     return jax.lax.scan(back, places, steps, reverse=True)[1].T
 
 
-def _chosen(
-    keeps_history: bool, offspring: int, pool: Node, frames: Frame, values: Array, rule: Rule
-) -> tuple[Array, Array]:
+def _chosen(offspring: int, pool: Node, found: Children, rule: Rule) -> tuple[Array, Array]:
     """The parents and children [M] that take the places; parent -1 where none is left.
 
     In each group the best go on, without those that repeat others, and without more than
     `rule.alike` in one state.
     """
-    places, count = values.shape
+    places, count = found.worth.shape
     kept = min(offspring, count)
-    best, child = jax.lax.top_k(values, kept)  # [M, kept]
+    best, child = jax.lax.top_k(found.worth, kept)  # [M, kept]
     parent = jnp.broadcast_to(jnp.arange(places)[:, None], best.shape)
     group = (parent // rule.width).reshape(-1)
     keys = (group, -best.reshape(-1), jnp.arange(best.size))
     _, worth, order = jax.lax.sort(keys, num_keys=2)  # the groups stay where they are
     worth = -worth
     parent, child = parent.reshape(-1)[order], child.reshape(-1)[order]
-    state = frames.state[parent, child]
+    state = found.state[parent, child]
     alive = worth > -jnp.inf
-    if not keeps_history:
-        alive &= ~_repeated(pool, frames, parent, child, state, worth)
+    if found.mark is not None:
+        alive &= ~_repeated(pool, parent, state, worth, found.mark[parent, child])
     alive = jax.lax.cond(
         rule.alike < rule.width,
         lambda: alive & (_rank(group, jnp.where(alive, state, -1)) < rule.alike),
@@ -147,20 +131,14 @@ def _chosen(
     return fill(parent), fill(child.astype(parent.dtype))
 
 
-def _repeated(
-    pool: Node, frames: Frame, parent: Array, child: Array, state: Array, worth: Array
-) -> Array:
+def _repeated(pool: Node, parent: Array, state: Array, worth: Array, mark: Array) -> Array:
     """Which of a sorted row of prefixes repeat one just before them, [n].
 
     Two prefixes repeat each other if they have the same state, belief, score and sums: all that
     could follow one can follow the other. Equal scores stand side by side.
     """
-    held = jnp.maximum(frames.log_belief, -40.0) if frames.shares is None else frames.shares.belief
-    belief = held[parent, child].reshape(len(parent), -1)
-    # One number for a belief: weights without structure tell different ones apart.
-    weights = jnp.sin(jnp.arange(1, belief.shape[1] + 1) * 12.9898)
     carried = [part[parent].reshape(len(parent), -1) for part in jax.tree.leaves(pool.carry[:3])]
-    marks = jnp.concatenate([worth[:, None], (belief @ weights)[:, None], *carried], axis=1)
+    marks = jnp.concatenate([worth[:, None], mark[:, None], *carried], axis=1)
     repeated = jnp.zeros(len(parent), bool)
     for back in (1, 2, 3):
         other = jnp.roll(marks, back, axis=0)

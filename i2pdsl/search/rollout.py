@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from i2pdsl.audience.product import Product
 from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe, shares_of
@@ -41,16 +43,94 @@ def root(world: World, objective: Objective, tables: Any, params: Any, state: Ar
     return Node(none, state, belief, carry, zero)
 
 
-def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> tuple[Frame, Array]:
-    """The frames that can follow a node, [K, ...], and which of them are real.
+class Children(NamedTuple):
+    """What can follow a node, [K].
 
-    K = all joint turns, then every cell for each allowed event (a number of `world.events`).
+    Attributes:
+        action, state: what happens, and the state that it leads to.
+        worth: of the prefix that ends with it; -inf for what is not real or not a number.
+        mark: a number for the belief after it; None where beliefs are not compared.
     """
+
+    action: Array
+    state: Array
+    worth: Array
+    mark: Array | None
+
+
+def children(
+    world: World,
+    objective: Objective,
+    events: tuple[int, ...],
+    tables: Any,
+    params: Any,
+    ahead: Array,
+    node: Node,
+) -> Children:
+    """All joint turns that can follow a node, then every cell for each allowed event (a number of
+    `world.events`).
+
+    Args:
+        ahead: whether a prefix is worth what it promises (fold.py) rather than its own objective.
+    """
+    kinds = [_turns(world, tables, node)]
+    if events:
+        observed = kinds[0][0].log_rows.shape[2]
+        kinds.append(_drops(world, tables, node, events, observed))
+    found = []
+    for frames, real in kinds:
+        worth, mark = _of_all(partial(_worth, objective, tables, params, ahead, node), frames)
+        alive = real & jnp.isfinite(worth) & (node.score > -jnp.inf)
+        worth = jnp.where(alive, worth, -jnp.inf)
+        found.append(Children(frames.action, frames.state, worth, mark))
+    return jax.tree.map(lambda *parts: jnp.concatenate([p.reshape(-1) for p in parts]), *found)
+
+
+def _worth(
+    objective: Objective, tables: Any, params: Any, ahead: Array, node: Node, frame: Frame
+) -> tuple[Array, Array | None]:
+    """What the prefix that ends with a frame is worth, and the mark of its belief."""
+    carry = objective.step(tables, params, node.carry, frame)
+    worth = lambda value: lambda: value(tables, params, carry, frame)
+    value = jax.lax.cond(ahead, worth(objective.promise), worth(objective.score))
+    return value, None if objective.keeps_history else _mark(frame)
+
+
+def _mark(frame: Frame) -> Array:
+    """One number for the belief after a frame: weights without structure tell different ones
+    apart."""
+    each = np.arange(1, frame.log_belief.size + 1).reshape(frame.log_belief.shape)
+    weights = np.sin(each * 12.9898).astype(frame.log_belief.dtype)  # known to the compiler
+    if isinstance(frame.share, Product):
+        return frame.share.summed(weights).sum()
+    belief = jnp.maximum(frame.log_belief, -40.0) if frame.share is None else frame.share
+    return belief.reshape(-1) @ weights.reshape(-1)
+
+
+def _of_all(function: Callable[[Frame], Any], frames: Frame) -> Any:
+    """A function of one frame, of children [J, A] of one node. What it finds of what they have in
+    common it finds once: of what was before, and of a product's factor that all A share."""
+    every = jax.tree.map(lambda _: 0, frames)
+    every = every._replace(number=None, before=None, log_previous=None)
+    if frames.shares is None:
+        return jax.vmap(jax.vmap(function, (every,)), (every,))(frames)
+    product = frames.shares.product
+    of = lambda before: product and Product(before, 0, None, None)
+    inner, outer = (
+        every._replace(shares=every.shares._replace(previous=None, product=of(before)))
+        for before in (None, 0)
+    )
+    return jax.vmap(jax.vmap(function, (inner,)), (outer,))(frames)
+
+
+def _turns(world: World, tables: Any, node: Node) -> tuple[Frame, Array]:
+    """The frames of all joint turns, [J, A], and which of them are real: A outcomes of who acts
+    last for each of J of those before. What was before them they have in common."""
     turns = world.turns(tables, node.state)
     observers = node.belief.log.shape
     full = (*jnp.broadcast_shapes(*(r.shape[:-2] for r in turns.log_rows)), *observers)
-    flat = (turns.state.shape[-1], *observers)
-    whole = lambda part: jnp.broadcast_to(part, full).reshape(flat)
+    shape = (-1, full[-3])
+    whole = lambda part: jnp.broadcast_to(part, full).reshape(*shape, *observers)
     lifted = lambda part: part[(None,) * (len(full) - 2)]
     given = world.holdings(tables)
     belief = node.belief.map(lifted)._replace(holdings=node.belief.holdings).shown(given)
@@ -64,50 +144,63 @@ def children(world: World, tables: Any, node: Node, events: tuple[int, ...]) -> 
         below = _below_best(row, who - len(full))
         lacking = known and known._replace(log_rows=_below_best(known.log_rows, who - len(full)))
         regret += belief.regret(world, tables, who, below, lacking)
-    count = flat[0]
-    previous, after = node.belief.map(lifted).map(whole), belief.map(whole)
+    after = belief.map(whole)
     holdings = tuple(
         held.each(lambda part, own: _of_turns(part, own, full[:-2]), first)
         for held, first in zip(belief.holdings, node.belief.holdings, strict=True)
     )
+    holdings = after._replace(holdings=holdings).over(given).holdings
+    state = turns.state.reshape(shape)
     frame = Frame(
-        jnp.full((count,), node.number + 1),
-        jnp.full((count,), node.state),
-        jnp.arange(count, dtype=jnp.int32),
-        turns.state,
-        previous.log,
+        node.number + 1,
+        node.state,
+        jnp.arange(state.size, dtype=jnp.int32).reshape(shape),
+        state,
+        node.belief.log,
         after.log,
-        jnp.stack([each.log for each in expecting], axis=1),
-        jnp.stack(rows, axis=1),
-        regret.reshape(flat[:-1]),
-        shares_of(previous, after, expecting),
-        after._replace(holdings=holdings).over(given).holdings,
+        jnp.stack([each.log for each in expecting], axis=2),
+        jnp.stack(rows, axis=2),
+        regret.reshape(*shape, regret.shape[-1]),
+        shares_of(node.belief, after, expecting),
+        tuple(held.each(lambda part: part.reshape(*shape, *part.shape[1:])) for held in holdings),
     )
-    if not events:
-        return frame, turns.valid
+    if belief.product is not None:
+        assert frame.shares is not None
+        before, likely = belief.product.before, belief.product.likely
+        likely = jnp.broadcast_to(likely, (*full[:-1], likely.shape[-1]))
+        product = belief.product._replace(
+            before=jnp.broadcast_to(before, (*full[:-3], 1, *observers)).reshape(-1, *observers),
+            likely=likely.reshape(*shape, *likely.shape[-2:]),
+        )
+        frame = frame._replace(shares=frame.shares._replace(product=product))
+    return frame, turns.valid.reshape(shape)
+
+
+def _drops(
+    world: World, tables: Any, node: Node, events: tuple[int, ...], observed: int
+) -> tuple[Frame, Array]:
+    """The same of some events, [1, A]; `observed` is U."""
     fallen, possible = world.drops(tables, node.state)
     slots = world.event_slots
     number = jnp.concatenate([jnp.arange(e * slots, (e + 1) * slots) for e in events])
-    still = node.belief.map(lambda part: jnp.broadcast_to(part, (len(number), *observers)))
-    rows_ = jnp.zeros((len(number), len(rows), *observers), still.log.dtype)
-    dropped = Frame(
-        jnp.full((len(number),), node.number + 1),
-        jnp.full((len(number),), node.state),
-        (world.turn_count + number).astype(jnp.int32),
-        fallen[number],
+    each = lambda part: jnp.broadcast_to(part, (1, len(number), *part.shape))
+    still = node.belief.map(each)
+    rows = jnp.zeros((1, len(number), observed, *node.belief.log.shape), still.log.dtype)
+    state = fallen[number][None]
+    frame = Frame(
+        node.number + 1,
+        node.state,
+        (world.turn_count + number)[None].astype(jnp.int32),
+        state,
+        node.belief.log,
         still.log,
-        still.log,
-        jnp.broadcast_to(node.belief.log, rows_.shape),
-        rows_,
-        jnp.zeros(rows_.shape[::2], rows_.dtype),
-        shares_of(still, still, [still] * len(rows)),
-        tuple(
-            held.each(lambda part: jnp.broadcast_to(part, (len(number), *part.shape)))
-            for held in node.belief.holdings
-        ),
+        rows + node.belief.log,
+        rows,
+        rows[:, :, 0, :, 0],
+        shares_of(node.belief, still, [still] * observed),
+        tuple(held.each(each) for held in node.belief.holdings),
     )
-    joined = frame.each(lambda a, b: jnp.concatenate([a, b]), dropped)
-    return joined, jnp.concatenate([turns.valid, possible[number]])
+    return frame, possible[number][None]
 
 
 def _below_best(log_rows: Array, axis: int) -> Array:
@@ -121,28 +214,6 @@ def _of_turns(part: Array, first: Array, turns: tuple[int, ...]) -> Array:
     lead = part.shape[: part.ndim - len(own)]
     part = part.reshape(*(1,) * (len(turns) - len(lead)), *part.shape)
     return jnp.broadcast_to(part, (*turns, *own)).reshape(-1, *own)
-
-
-def scores(
-    objective: Objective,
-    tables: Any,
-    params: Any,
-    node: Node,
-    frames: Frame,
-    real: Array,
-    ahead: Array,
-) -> Array:
-    """What each child's prefix is worth, [K]; -inf for what is not real or not a number.
-
-    Args:
-        ahead: whether a prefix is worth what it promises (fold.py) rather than its own objective.
-    """
-
-    carry = jax.vmap(partial(objective.step, tables, params, node.carry))(frames)
-    worth = lambda value: lambda: jax.vmap(partial(value, tables, params))(carry, frames)
-    value = jax.lax.cond(ahead, worth(objective.promise), worth(objective.score))
-    alive = real & jnp.isfinite(value) & (node.score > -jnp.inf)
-    return jnp.where(alive, value, -jnp.inf)
 
 
 def follow(

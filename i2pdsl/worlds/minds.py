@@ -129,12 +129,17 @@ class Rows:
     def drawn(self, rows: np.ndarray, generator: np.random.Generator) -> np.ndarray:
         """Hypotheses of rows, evenly among those that each stands for: [N, C] of [N]."""
         uniform = generator.random((len(rows), len(self.members[0])))
-        return np.array(
-            [
-                [options[int(u * len(options))] for options, u in zip(each, us, strict=True)]
-                for each, us in zip((self.members[row] for row in rows), uniform, strict=True)
-            ]
-        )
+        minds, first, size = self._side_by_side
+        found: np.ndarray = minds[first[rows] + (uniform * size[rows]).astype(int)]
+        return found
+
+    @cached_property
+    def _side_by_side(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All members one after the other, and where those of a row and part begin and how many
+        they are, [H, C] each."""
+        size = np.array([[len(minds) for minds in each] for each in self.members])
+        minds = np.concatenate([minds for each in self.members for minds in each])
+        return minds, np.cumsum(size).reshape(size.shape) - size, size
 
 
 def rows_of(space: Space, rows: Sequence[Row], kept: frozenset[str] | None = None) -> Rows:

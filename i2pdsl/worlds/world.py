@@ -43,12 +43,13 @@ class ByProblem(NamedTuple):
     """Likelihoods that are alike under all hypotheses under which who acts solves the same problem.
 
     Attributes:
-        log_rows: log P(action | problem), of the problems that each observer knows of,
-            broadcastable to [..., n_1, n_2, ..., O, Q].
+        log_rows, rows: log P(action | problem) and P(action | problem), of the problems that each
+            observer knows of, broadcastable to [..., n_1, n_2, ..., O, Q].
         hypotheses: those of each problem, one-hot [O, Q, H].
     """
 
     log_rows: Array
+    rows: Array
     hypotheses: Array
 
 

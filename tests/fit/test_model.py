@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import i2pdsl
 from i2pdsl.computing import computing
 from i2pdsl.objective.replay import evaluate, replay
+from i2pdsl.programs import BRIEF, once
 from i2pdsl.worlds.ready import ready_world
 from i2pdsl.worlds.world import Viewer as SpecViewer
 from worlds_for_tests import with_small_world
@@ -73,7 +76,7 @@ def test_viewers_answer_as_queries_do(scripts: list[i2pdsl.Script]) -> None:
                         [float(v) if place is None else float(v[place]) for v in values]
                     )
         with jax.enable_x64(True):
-            answers = jax.jit(Answers(watched, cells).__call__)
+            answers = jax.jit(Answers(watched, cells).__call__, compiler_options=BRIEF)
             seen_by_all = what_is_seen(watched)
             found = [answers(seen_by_all, Viewer(k, e, log_prior)) for k, e in kinds]
             np.testing.assert_allclose(np.stack(found, 1), expected, rtol=1e-9, atol=1e-9)
@@ -100,7 +103,8 @@ def test_slopes_are_finite_in_single_precision(scripts: list[i2pdsl.Script]) -> 
             viewer = Viewer(sharpness, jnp.float32(0.03), log_prior)
             return answers(seen, viewer) @ jnp.array([0.3, -1.1, 0.7])
 
-        slope = jax.jit(jax.vmap(jax.grad(total)))(jnp.exp(jnp.arange(-1.0, 3.0, 0.25)))
+        sharpness = np.exp(np.arange(-1.0, 3.0, 0.25), dtype=np.float32)
+        slope = once(jax.vmap(jax.grad(total)), sharpness)
         assert np.isfinite(slope).all()
 
 
@@ -121,39 +125,41 @@ def chance(answer: float, p: float, own: dict[str, float]) -> float:
 def test_sliders_and_choices_against_plain_python() -> None:
     with computing():
         import jax
-        import jax.numpy as jnp
 
         from i2pdsl.fit.answering import log_choice, log_slider, slider_mean
 
         with jax.enable_x64(True):
             positions = [k / 100 for k in range(101)]
+
+            @partial(jax.jit, compiler_options=BRIEF)
+            def told(places: Any, p: Any, own: Any) -> Any:
+                total = lambda own: log_slider(places, p, own).sum()
+                return log_slider(places, p, own), jax.grad(total)(own), slider_mean(p, own)
+
             for p, lapse, noise, bias, slope in (
                 (0.3, 0.05, 0.7, 0.2, 1.0),
                 (0.999, 0.01, 2.0, -1.0, 0.5),
                 (0.02, 0.2, 0.4, 0.0, 2.0),
             ):
                 own = {"lapse": lapse, "noise": noise, "bias": bias, "slope": slope}
-                arrays = {name: jnp.full(101, value) for name, value in own.items()}
-                logs = log_slider(jnp.array(positions), jnp.full(101, p), arrays)
+                arrays = {name: np.full(101, value) for name, value in own.items()}
+                logs, slopes, means = told(np.array(positions), np.full(101, p), arrays)
                 plain = [chance(a, p, own) for a in positions]
                 np.testing.assert_allclose(np.exp(logs), plain, rtol=1e-9)
                 assert sum(plain) == pytest.approx(1, abs=1e-9)
-                places, held = jnp.array(positions), jnp.full(101, p)
-                total = lambda own, p=held, places=places: log_slider(places, p, own).sum()
-                slopes = jax.grad(total)(arrays)
                 step = 1e-6
                 for name in own:
                     moved = {**own, name: own[name] + step}
                     rise = sum(math.log(chance(a, p, moved)) for a in positions)
                     rise -= sum(map(math.log, plain))
                     assert float(slopes[name].sum()) == pytest.approx(rise / step, rel=1e-3)
-                mean = float(slider_mean(jnp.full(101, p), arrays)[0])
-                assert mean == pytest.approx(np.dot(plain, positions), abs=1e-9)
-            chosen = log_choice(
-                jnp.array([1, 0]),
-                jnp.array([[0.2, 0.7, 0.1], [0.5, 0.25, 0.5]]),
-                jnp.array([3, 2]),
-                {"slope": jnp.array([2.0, 1.0]), "lapse": jnp.array([0.1, 0.0])},
+                assert float(means[0]) == pytest.approx(np.dot(plain, positions), abs=1e-9)
+            chosen = once(
+                log_choice,
+                np.array([1, 0]),
+                np.array([[0.2, 0.7, 0.1], [0.5, 0.25, 0.5]]),
+                np.array([3, 2]),
+                {"slope": np.array([2.0, 1.0]), "lapse": np.array([0.1, 0.0])},
             )
             first = 0.9 * 0.49 / (0.04 + 0.49 + 0.01) + 0.1 / 3
             np.testing.assert_allclose(np.exp(chosen), [first, 2 / 3], rtol=1e-6)
@@ -172,18 +178,14 @@ def test_pairs_against_plain_python() -> None:
     mean = (1 - lapse) * np.average(shares, weights=np.exp(-(steps**2) / 2)) + lapse / 2
     with computing():
         import jax
-        import jax.numpy as jnp
 
         from i2pdsl.fit.model import PAIR, Asked, Cues, Model
 
         with jax.enable_x64(True):
             fixed = {"noise": 1.0, "bias": 0.0, "slope": slope, "lapse": lapse}
             model = Model(Cues(("odds",)), 1, fixed, cells=2)
-            values = {"cue[always]": jnp.asarray(0.0), "cue[odds]": jnp.asarray(1.0)}
-            values |= {
-                "misfit": jnp.asarray(misfit),
-                "deviation": misfit * jnp.asarray(deviation),
-            }
+            values = {"cue[always]": 0.0, "cue[odds]": 1.0}
+            values |= {"misfit": misfit, "deviation": misfit * np.array(deviation)}
             seen = np.array([[odds(p[0])], [odds(p[1])]])
             asked = Asked(
                 np.zeros(2, int),
@@ -191,9 +193,14 @@ def test_pairs_against_plain_python() -> None:
                 np.array([PAIR, PAIR]),
                 np.array([1.0, 0.0]),
             )
-            found = np.exp(model.log_likelihoods(values, seen, asked))
-            np.testing.assert_allclose(found, [first, 1 - first], rtol=1e-9)
-            expected = model.expected(values, seen, asked)
+            logs, expected = once(
+                lambda own: (
+                    model.log_likelihoods(own, seen, asked),
+                    model.expected(own, seen, asked),
+                ),
+                values,
+            )
+            np.testing.assert_allclose(np.exp(logs), [first, 1 - first], rtol=1e-9)
             np.testing.assert_allclose(expected[:, 0], mean, rtol=1e-6)
 
 
@@ -221,7 +228,6 @@ def test_people_who_think_of_plans_differently_against_plain_python() -> None:
             given_others.append(math.log(every / sum(together(way, rest) for way in shares)))
     with computing():
         import jax
-        import jax.numpy as jnp
 
         from i2pdsl.fit.model import Asked, Cues, Model
 
@@ -232,18 +238,22 @@ def test_people_who_think_of_plans_differently_against_plain_python() -> None:
             unbounded |= {"cue[always]": 0.0, "cue[odds]": 1.0}
             unbounded |= {f"share[{n}]": math.log(s) for n, s in enumerate(shares.values())}
             assert set(unbounded) == set(model.scales)
-            values = {name: jnp.asarray(value) for name, value in unbounded.items()}
-            values |= {"misfit": jnp.asarray(misfit), "deviation": jnp.asarray(deviation)}
+            values = {**unbounded, "misfit": misfit, "deviation": np.array(deviation)}
             nodes = np.array([[[odds(beliefs[way, q])] for q in (0, 1)] for way in shares])
             person, cell, answer = (np.array(column) for column in zip(*rows, strict=True))
             asked = Asked(person, cell[:, None], np.zeros(6, int), answer)
-            found = model.log_answers(values, nodes, asked, np.ones(6))
+            found, (logs, groups), means = once(
+                lambda own: (
+                    model.log_answers(own, nodes, asked, np.ones(6)),
+                    model.by_plan(own, nodes, asked, np.ones(6)),
+                    model.expected(own, nodes[0], asked),
+                ),
+                values,
+            )
             assert float(found) == pytest.approx(total, rel=1e-9)
-            logs, groups = model.by_plan(values, nodes, asked, np.ones(6))
             of_each = np.asarray(groups)[:, person]
             without = np.logaddexp(*of_each) - np.logaddexp(*(of_each - np.asarray(logs)))
             np.testing.assert_allclose(without, given_others, rtol=1e-9)
-            means = model.expected(values, nodes[0], asked)
     places = [k / 100 for k in range(101)]
     steps = np.linspace(-6, 6, 2001)
     weights = np.exp(-(steps**2) / 2)

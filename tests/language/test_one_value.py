@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -32,6 +33,7 @@ from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import evaluate as evaluate_query
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.starts import allowed_starts
+from i2pdsl.programs import BRIEF
 from worlds_for_tests import Pair, small_kitchen
 
 FRAMES = 5
@@ -138,6 +140,9 @@ def seen_in(state: int) -> Seen:
     return dict(zip(PREDICATES, truths, strict=True))
 
 
+OBSERVE = jax.jit(partial(observe, PAIR.world), compiler_options=BRIEF)
+
+
 def folded(frames: Frame, expression: ty.Typed) -> list[float]:
     """What each frame adds to the objective `sum_t expression`, by init, step and score."""
     world, xp = PAIR.world, jax.numpy
@@ -149,7 +154,7 @@ def folded(frames: Frame, expression: ty.Typed) -> list[float]:
     belief, scores = first_belief(world, tables), [0.0]
     for t in range(1, FRAMES + 1):
         state, action = xp.asarray(frames.before[t]), xp.asarray(frames.action[t])
-        frame = observe(world, tables, xp.asarray(t), state, action, belief)
+        frame = OBSERVE(tables, xp.asarray(t), state, action, belief)
         belief, carry = frame.belief, objective.step(tables, params, carry, frame)
         scores.append(float(objective.score(tables, params, carry, frame)))
     return np.diff(scores).tolist()

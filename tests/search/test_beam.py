@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from random import Random
 
 import numpy as np
@@ -21,6 +22,7 @@ from i2pdsl.search.beam import Found, beam_search, check_size
 from i2pdsl.search.task import draw_starts
 from i2pdsl.stories import story_from
 from i2pdsl.worlds.grid.world import unplanned_world
+from searches_for_tests import compiling_briefly
 from worlds_for_tests import CORRIDOR, Pair, planned, small_kitchen, trajectory
 
 # A search takes seconds to compile, once for each length, width and shape of the objective (events
@@ -28,6 +30,12 @@ from worlds_for_tests import CORRIDOR, Pair, planned, small_kitchen, trajectory
 HELPS = "world w\nlength {}\nmaximize sum_t P({} | script[:t])"
 HELP = HELPS.format(4, "rho > 0")
 WIDE = 40
+
+
+@pytest.fixture(autouse=True)
+def brief() -> Iterator[None]:
+    with compiling_briefly():
+        yield
 
 
 def search(pair: Pair, text: str, starts: list[int] | np.ndarray, width: int = 1) -> Found:
@@ -146,7 +154,8 @@ def test_scores_in_single_precision_are_those_in_double(pair: Pair, text: str) -
     starts = draw_starts(np.arange(pair.spec.state_count), 5, seed=1)
     story = f"world w\nlength 4\n{text}"
     for width in (1, 5) if "more" in text or (FULL and "surprise" in text) else (1,):
-        found = search(pair, story, starts, width=width)
+        with compiling_briefly(places=5):
+            found = search(pair, story, starts, width=width)
         for start, actions, value in zip(found.starts, found.actions, found.scores, strict=True):
             assert value == pytest.approx(
                 score(pair, story, int(start), actions), abs=2e-3, rel=1e-4

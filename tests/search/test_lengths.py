@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,11 +15,12 @@ import pytest
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import Library, TypedStory, check_source
 from i2pdsl.language.vocabulary import Weights
-from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.fold import Objective
 from i2pdsl.objective.frame import Frame, observe
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script, story_objective
+from i2pdsl.programs import BRIEF
 from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.world import GridWorld
 from worlds_for_tests import CORRIDOR, planned, trajectory
@@ -40,18 +42,26 @@ def story(*lines: str, lengths: str = "2..5") -> TypedStory:
 
 def scores(objective: Objective, before: int, actions: np.ndarray) -> np.ndarray:
     """Of each prefix what the fold says of it, and what it promises; it begins `before` late."""
+
+    def further(
+        number: np.ndarray, state: np.ndarray, belief: Belief, carry: Any, action: np.ndarray
+    ) -> tuple[Frame, Any, list[np.ndarray]]:
+        frame = observe(world(), tables, number, state, action, belief)
+        carry = objective.step(tables, params, carry, frame)
+        pair = (objective.score, objective.promise)
+        return frame, carry, [value(tables, params, carry, frame) for value in pair]
+
     tables, params = world().tables, objective.params
     if objective.keeps_history:  # which NumPy cannot
         tables, params = jax.tree.map(jnp.asarray, (tables, params))
+        further = jax.jit(further, compiler_options=BRIEF)
     state, belief = np.asarray(2), first_belief(world(), tables)
     carry = objective.init(tables, params, state)
     found = []
     for number, action in enumerate(actions, before + 1):
-        frame: Frame = observe(world(), tables, np.asarray(number), state, action, belief)
+        frame, carry, values = further(np.asarray(number), state, belief, carry, action)
         state, belief = frame.state, frame.belief
-        carry = objective.step(tables, params, carry, frame)
-        pair = (objective.score, objective.promise)
-        found.append([float(value(tables, params, carry, frame)) for value in pair])
+        found.append([float(value) for value in values])
     return np.array(found)
 
 
@@ -87,7 +97,7 @@ def test_a_story_that_begins_late_is_the_same_story(asked: str) -> None:
         late = story_objective(each, world())
         shapes.add(late.shape)
         if late.keeps_history and each.length != 3:
-            continue  # JAX is slow where nothing is compiled
+            continue  # each has a program of its own
         on_time = story_objective(replace(each, longest=0), world())
         for _ in range(1 if late.keeps_history else 4):
             actions = generator.integers(5, size=each.length)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from i2pdsl.objective.belief import first_belief
+from i2pdsl.objective.belief import Belief, first_belief
 from i2pdsl.objective.frame import observe
 from i2pdsl.objective.terms import story_objective
+from i2pdsl.programs import BRIEF
 from worlds_for_tests import Pair, small_kitchen
 
 LENGTH = 5
@@ -33,6 +35,15 @@ def believed(pair: Pair, text: str) -> tuple[list[float], list[float], list[floa
     state: Any = np.int64(17)
     if fold.keeps_history:  # which only JAX's arrays can
         tables, state = world.search_tables, jnp.int32(17)
+
+    def further(number: Any, state: Any, belief: Belief, carry: Any, action: Any) -> Any:
+        frame = observe(world, tables, number, state, action, belief)
+        carry = fold.step(tables, fold.params, carry, frame)
+        of_both = [f(tables, fold.params, carry, frame) for f in (fold.score, fold.promise)]
+        return frame, carry, of_both
+
+    if fold.keeps_history:
+        further = jax.jit(further, compiler_options=BRIEF)
     belief = first_belief(world, tables)
     carry = fold.init(tables, fold.params, state)
     scores, promises, beliefs = [], [], [_share(belief.log, helps, sane)]
@@ -40,11 +51,10 @@ def believed(pair: Pair, text: str) -> tuple[list[float], list[float], list[floa
     for number in range(1, LENGTH + 1):
         valid = np.flatnonzero(world.turns(world.tables, np.int64(state)).valid)
         action = state * 0 + generator.choice(valid)
-        frame = observe(world, tables, state * 0 + number, state, action, belief)
-        carry = fold.step(tables, fold.params, carry, frame)
+        frame, carry, of_both = further(state * 0 + number, state, belief, carry, action)
         state, belief = frame.state, frame.belief
-        scores.append(float(fold.score(tables, fold.params, carry, frame)))
-        promises.append(float(fold.promise(tables, fold.params, carry, frame)))
+        for found, value in zip((scores, promises), of_both, strict=True):
+            found.append(float(value))
         beliefs.append(_share(belief.log, helps, sane))
     return scores, promises, beliefs
 

@@ -13,10 +13,11 @@ import pytest
 
 import reference as R
 from i2pdsl.errors import Source, StoryError
-from i2pdsl.worlds.grid import cost, method, model
+from i2pdsl.worlds.grid import cost, method
 from i2pdsl.worlds.grid.additive import coefficients, core
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import action_values, log_policy
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world
 from worlds_for_tests import CROWD, Pair, planned
@@ -137,7 +138,7 @@ def test_values_are_sums_over_sub_worlds(text: str, at_once: int) -> None:
     for who, name in enumerate(whole.characters):
         for number in some:
             cells = tuple(places[c] for c in world.dynamics.cells[number])
-            logs = model.log_policy(world.tables, who, np.asarray(number))[:, 0]
+            logs = log_policy(world.tables, who, np.asarray(number))[:, 0]
             values = world.value(world.tables, who, np.asarray(number))[0]
             for h in Random(number).sample(range(len(order)), 4):
                 row = whole.hypotheses[order[h]]
@@ -234,8 +235,8 @@ def test_things_that_are_alike_are_summed_like_two_of_a_kind() -> None:
     order[:, 2:] = np.sort(order[:, 2:], axis=1)
     same = other.dynamics.lookup[order.astype(int) @ other.dynamics.strides]
     for who in range(2):
-        ours = model.action_values(one.tables, who, np.arange(len(cells)))
-        np.testing.assert_allclose(ours, model.action_values(other.tables, who, same), atol=1e-4)
+        ours = action_values(one.tables, who, np.arange(len(cells)))
+        np.testing.assert_allclose(ours, action_values(other.tables, who, same), atol=1e-4)
 
 
 def test_keys_and_doors_stay_with_those_who_carry_them() -> None:
@@ -279,9 +280,9 @@ def test_searches_see_the_same_values() -> None:
     world, every = additive(COUPLE, 3), np.arange(0, 300, 7)
     tables = world.search_tables._replace(policies=None)
     for who in range(2):
-        theirs = jax.jit(lambda t, s, who=who: model.log_policy(t, who, s))(tables, every)
-        np.testing.assert_allclose(theirs, model.log_policy(world.tables, who, every), atol=1e-3)
-        tabulated = model.log_policy(world.search_tables, who, every)
+        theirs = jax.jit(lambda t, s, who=who: log_policy(t, who, s))(tables, every)
+        np.testing.assert_allclose(theirs, log_policy(world.tables, who, every), atol=1e-3)
+        tabulated = log_policy(world.search_tables, who, every)
         np.testing.assert_allclose(tabulated, theirs, atol=1e-4)
 
 

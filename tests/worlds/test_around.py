@@ -13,9 +13,9 @@ import pytest
 from i2pdsl.errors import Source
 from i2pdsl.planning import value_iteration
 from i2pdsl.worlds.grid import around as subject
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import continued
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.world import GridWorld, build_world
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.record import Trajectory
@@ -84,7 +84,7 @@ def test_beyond_the_end_values_are_additive(monkeypatch: pytest.MonkeyPatch) -> 
     known = {
         i: continued(crowd.tables, 0, number[i])
         if i in after_own
-        else model.action_values(crowd.tables, 0, number[i]).max(0)
+        else action_values(crowd.tables, 0, number[i]).max(0)
         for i in ends
     }
     assert len({i in after_own for i in ends}) == 2

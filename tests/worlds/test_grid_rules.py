@@ -14,11 +14,11 @@ import pytest
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.objective.replay import replay
 from i2pdsl.scripts import make_record
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.planning import solve
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
 from i2pdsl.worlds.inferred import inferred_turns
@@ -262,7 +262,7 @@ def test_plans_with_a_horizon_are_those_of_plain_recursion(
     count = len(states)
     for who, name in enumerate(order):
         for frame in range(3):
-            values = model.action_values(tables, who, np.arange(0, count, 5) + frame * count)
+            values = action_values(tables, who, np.arange(0, count, 5) + frame * count)
             rhos = (None,) if name == "red" else (-1.0, 2.0, None)  # in the order of the keys
             for column, rho in enumerate(rhos):
                 for i, number in enumerate(range(0, count, 5)):
@@ -307,8 +307,8 @@ def test_without_a_horizon_who_act_at_once_plan_without_end() -> None:
     world, far = (world_of(("blue", "red"), True, 1, frames, gamma=0.5) for frames in (0, 25))
     every = np.arange(world.dynamics.state_count)
     for who in (0, 1):
-        found = model.action_values(world.tables, who, every)
-        expected = model.action_values(far.tables, who, every)
+        found = action_values(world.tables, who, every)
+        expected = action_values(far.tables, who, every)
         np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
@@ -467,8 +467,8 @@ def test_what_can_be_reached_in_time_is_planned_like_all_states() -> None:
         same = states // count * whole + number[states % count]
         for who in (0, 1):
             np.testing.assert_allclose(
-                model.action_values(few.tables, who, states),
-                model.action_values(every.tables, who, same),
+                action_values(few.tables, who, states),
+                action_values(every.tables, who, same),
                 atol=1e-5,
             )
         after, expected = few.turns(few.tables, states), every.turns(every.tables, same)

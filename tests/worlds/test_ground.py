@@ -10,8 +10,8 @@ import pytest
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
-from i2pdsl.worlds.grid.model import action_values
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.script import state_as_json
 from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, build_world

@@ -18,6 +18,7 @@ from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import state_as_json
 from i2pdsl.worlds.grid.spec import ACTIONS, OFFSETS, GridSpec
+from searches_for_tests import compiling_briefly
 from worlds_for_tests import as_computed
 
 TEXT = """
@@ -140,9 +141,13 @@ def told(tmp_path_factory: pytest.TempPathFactory):
     return Story.from_text(text.replace(" require", "\nrequire"), folder=folder)
 
 
-def test_who_cares_fetches_the_key_and_opens(told) -> None:
-    result = told.solve(0)
-    script = result.script
+@pytest.fixture(scope="module")
+def script(told) -> Script:
+    with compiling_briefly(places=8):
+        return told.solve(0).script
+
+
+def test_who_cares_fetches_the_key_and_opens(script: Script) -> None:
     at = lambda question: np.asarray(script.query(question))
     took = at("[takes(bob, key) @ script[t]]")
     opened = at("[opens(bob, door) @ script[t]]")
@@ -154,19 +159,18 @@ def test_who_cares_fetches_the_key_and_opens(told) -> None:
     assert script.query("P(rho > 0 | script[:T])") > 0.5
 
 
-def test_a_script_is_written_read_and_drawn(told, tmp_path: Path) -> None:
+def test_a_script_is_written_read_and_drawn(script: Script, tmp_path: Path) -> None:
     from i2pdsl.render.grid.choreography import choreograph
     from i2pdsl.render.grid.pictures import stage_of
 
-    result = told.solve(0)
-    document = result.script.record.as_json()
-    read = Script.load(result.script.save(tmp_path / "script.json"))
-    assert (read.trajectory.states == result.script.trajectory.states).all()
+    document = script.record.as_json()
+    read = Script.load(script.save(tmp_path / "script.json"))
+    assert (read.trajectory.states == script.trajectory.states).all()
     wrong = json.dumps(document).replace('"key": "bob"', '"key": "ann"')
     (tmp_path / "wrong.json").write_text(wrong)
     with pytest.raises(StoryError, match="`ann` cannot carry `key`"):
         Script.load(tmp_path / "wrong.json")
-    film = choreograph(stage_of(result.script.world.spec), document)
+    film = choreograph(stage_of(script.world.spec), document)
     beats = [describe(beat) for beat in film.beats if beat.verb == "vanish"]
     assert beats == ["bob takes key", "bob opens door"]
     last = film.tracks["key"][-1]
@@ -176,9 +180,8 @@ def test_a_script_is_written_read_and_drawn(told, tmp_path: Path) -> None:
     assert last.scale_x < 1
 
 
-def test_positions_of_what_is_carried_are_missing(told, tmp_path: Path) -> None:
+def test_positions_of_what_is_carried_are_missing(script: Script, tmp_path: Path) -> None:
     (tmp_path / "cell.world").write_text(TEXT)
-    script = told.solve(0).script
     states = [script.record.start, *(frame["state"] for frame in script.record.frames)]
     rows = [
         {

@@ -7,8 +7,9 @@ import pickle
 import numpy as np
 import pytest
 
-from i2pdsl.worlds.grid import known, model
+from i2pdsl.worlds.grid import known
 from i2pdsl.worlds.grid.known import Known
+from i2pdsl.worlds.grid.policy import log_softmax
 from worlds_for_tests import SMALL_MAP, kitchen_text, planned
 
 
@@ -17,7 +18,7 @@ def test_what_is_kept_is_what_is_computed(monkeypatch: pytest.MonkeyPatch) -> No
     tables, generator = world.tables, np.random.default_rng(0)
     for who in (0, 1):
         kept, every = Known(tables, who), np.arange(world.tables.cells.shape[0])
-        logs = model.log_softmax(tables, who, every)
+        logs = log_softmax(tables, who, every)
         for shape in ((3,), (40, 5), (), (2000,), (3,)):
             state, act = (
                 generator.integers(len(every), size=shape),

@@ -20,6 +20,7 @@ from i2pdsl.worlds.grid.dynamics import Dynamics, build_dynamics
 from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.script import state_as_json
 from i2pdsl.worlds.grid.spec import GridSpec
+from searches_for_tests import compiling_briefly
 from worlds_for_tests import as_computed
 
 TEXT = """
@@ -177,7 +178,8 @@ pin script[4] = [ann: east, bob: put_south]
 pin script[5] = [ann: stay, bob: south_east]
 maximize depict(G_ann = hut)
 """
-    return Story.from_text(text, folder=folder).solve(0).script
+    with compiling_briefly(places=8):
+        return Story.from_text(text, folder=folder).solve(0).script
 
 
 def test_what_is_asked_of_it(told: Script) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from commands_for_tests import Run
 from i2pdsl.errors import Source
-from i2pdsl.worlds.grid.model import action_values
 from i2pdsl.worlds.grid.parse import load_world, parse_world
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.reach import goal_warnings, worthwhile_steps
 from i2pdsl.worlds.grid.spec import STAY, Settings
 from worlds_for_tests import STORIES, planned

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 import reference
+from i2pdsl.programs import once
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.plane.features import feature
 from plane_for_tests import DESK, WALLED, build_plane
@@ -79,6 +80,6 @@ def test_a_descent_feels_where_to_go_to_be_unseen() -> None:
     world = build_plane(WALLED)
     state = np.array([3.0, 4.0, 6.0, 4.0, 0, 0, 0, 0])  # a wall at x = 4 is between them
     sees = lambda s: feature(world.search_tables, "sees", (0, 1), s, None, None)
-    value, gradient = jax.value_and_grad(sees)(state.astype(np.float32))
+    value, gradient = once(jax.value_and_grad(sees), state.astype(np.float32))
     assert value == 0
     assert np.isfinite(gradient).all()

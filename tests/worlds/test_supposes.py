@@ -10,8 +10,8 @@ from i2pdsl.language.check import check_query
 from i2pdsl.language.scope import Module
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
-from i2pdsl.worlds.grid.model import log_policy
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import build_world
 

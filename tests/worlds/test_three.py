@@ -23,12 +23,13 @@ from i2pdsl.language.scope import Module
 from i2pdsl.objective.frame import Frame
 from i2pdsl.objective.replay import evaluate, replay
 from i2pdsl.stories import Script, Story
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.kind import KIND
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.record import Record
 from reference import Character, Object
+from searches_for_tests import compiling_briefly
 from stories_for_tests import BARE
 from worlds_for_tests import Pair, planned
 
@@ -431,7 +432,7 @@ def test_with_a_time_limit_plans_are_those_of_plain_recursion() -> None:
     for who, character in enumerate(truth.characters):
         for frame, number in product(range(2), range(0, count, 7)):
             at = np.asarray(number + frame * count)
-            logs, values = (f(world.tables, who, at) for f in (model.log_policy, world.value))
+            logs, values = (f(world.tables, who, at) for f in (log_policy, world.value))
             state = tuple(places[c] for c in dynamics.cells[number])
             for h, i in enumerate(order):
                 row = truth.hypotheses[i]
@@ -506,7 +507,8 @@ start at(one, (1, 0)) and at(two, (2, 0)) and at(three, (3, 0))
 maximize P(rho > 0 | script[:1]) + P(rho < 0 and G_one = a | script[:2])
 {BARE}search beam(starts = 1, width = 1000, polish = 0)
 """
-    result = Story.from_text(text, tmp_path).solve()
+    with compiling_briefly():
+        result = Story.from_text(text, tmp_path).solve()
     truth = R.World(
         ["...."],
         {"a": (0, 0), "b": (3, 0)},

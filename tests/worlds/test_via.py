@@ -14,8 +14,8 @@ from i2pdsl.errors import Source, StoryError
 from i2pdsl.scripts import Script
 from i2pdsl.stories import Story
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
-from i2pdsl.worlds.grid.model import log_policy, value
 from i2pdsl.worlds.grid.parse import parse_world
+from i2pdsl.worlds.grid.policy import log_policy, value
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import build_world
 

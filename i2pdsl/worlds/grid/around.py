@@ -26,6 +26,7 @@ from i2pdsl.worlds.grid.following import successors
 from i2pdsl.worlds.grid.method import planned
 from i2pdsl.worlds.grid.packed import States
 from i2pdsl.worlds.grid.planning import FORGIVEN, Plan, family_of, largest_value
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.problems import rules_of
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.world import GridWorld, assemble
@@ -205,7 +206,7 @@ def _solved(
         problem = family_of(spec, part, who, plan.keys, found)
         start, problem = _ended(tables, who, part, numbers, inside, problem)
         if known is not None:
-            start[:inside] = model.action_values(known, who, np.arange(inside)).max(-2)
+            start[:inside] = action_values(known, who, np.arange(inside)).max(-2)
         tolerance = EXACT * (1 - spec.settings.gamma)
         report = watch.planning and partial(watch.planning, spec.characters[who].name)
         solution = solve(
@@ -261,7 +262,7 @@ def _ended(
     the additive values: those after its own action, or before, where only others lead there. And
     values to begin with, [L, P]."""
     ends, gamma = slice(inside, None), problem.gamma
-    start = model.action_values(tables, who, numbers).max(-2)
+    start = action_values(tables, who, numbers).max(-2)
     own = np.unique(part.successor[who][:, :inside])
     own = own[own >= inside]
     start[own] = continued(tables, who, numbers[own])

@@ -46,6 +46,28 @@ def successor(tables: Tables, who: int, act: Array, here: Array) -> Array:
     return xp.take_along_axis(after, act[..., None], axis=-1)[..., 0]
 
 
+def in_frame(frame: Array, place: Array) -> Array:
+    """The states of arrangements [..., more axes] in a frame, of which `state - arrangement` [...]
+    tells."""
+    return place + frame.reshape(frame.shape + (1,) * (place.ndim - frame.ndim))
+
+
+def joint(tables: Tables, here: Array) -> tuple[Array, Array, Array]:
+    """The arrangement after each pair of actions of two who act together, if both succeed, and
+    whether the first and the second are moved by them: [..., A_1, A_2] each."""
+    xp = namespace(tables.coordinates)
+    first, second = (successors(tables, who, here) for who in (0, 1))
+    in_order = successors(tables, 1, first)  # [..., A_1, A_2]
+    in_turn = xp.swapaxes(successors(tables, 0, second), -1, -2)
+    waits = (first == here[..., None])[..., None]
+    second, first = second[..., None, :], first[..., None]
+    return (
+        xp.where(waits, in_turn, in_order),
+        ~waits | (in_turn != second),
+        xp.where(waits, second != here[..., None, None], in_order != first),
+    )
+
+
 def values_after(tables: Tables, who: int, here: Array) -> Array:
     """W(s) after each action of a character, if it succeeds, in every problem: [..., A, P]."""
     if tables.packed is None or tables.terms is None:

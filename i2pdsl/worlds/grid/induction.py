@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.sizes import padded_size
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Against, Tables, arrangement, at_goal, namespace
+from i2pdsl.worlds.grid.following import in_frame
+from i2pdsl.worlds.grid.policy import action_values, expected_of_other, others_reward
 
 Array = Any
 Report = Callable[[int, float, float | None], None]
@@ -56,7 +57,7 @@ def implied(
     def ahead(place: Array) -> Array:
         if end is not None:
             return end * _standing(tables, against[who], who, place)
-        return xp.max(model.action_values(tables, who, model.in_frame(later, place)), axis=-2)
+        return xp.max(action_values(tables, who, in_frame(later, place)), axis=-2)
 
     def answered(place: Array, more: int) -> Array:
         """What is expected from an arrangement in which others are still to act."""
@@ -65,8 +66,8 @@ def implied(
         if more == count or ends or together:
             return ahead(place)
         mine, frame = against[who][more - 1], now if other > who else later
-        policy = model.expected_of_other(tables, mine, other, model.in_frame(frame, place))
-        social = model.others_reward(tables, mine, policy, other, place)
+        policy = expected_of_other(tables, mine, other, in_frame(frame, place))
+        social = others_reward(tables, mine, policy, other, place)
         moved = answered(xp.moveaxis(tables.successor[other][:, place], 0, -1), more + 1)
         p = tables.success[other]
         after = p * moved + (1 - p) * answered(place, more + 1)[..., None, :]

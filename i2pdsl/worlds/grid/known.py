@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import Tables, state_count
+from i2pdsl.worlds.grid.policy import log_softmax
 
 MOST_BYTES = 64 * 2**20  # of one character
 
@@ -52,6 +52,6 @@ class Known:
             longer = np.empty((max(total, 2 * len(self.rows)), *self.shape))
             longer[: self.count] = self.rows[: self.count]
             self.rows = longer
-        self.rows[self.count : total] = model.log_softmax(self.tables, self.who, new)
+        self.rows[self.count : total] = log_softmax(self.tables, self.who, new)
         self.number[new] = np.arange(self.count, total)
         self.count = total

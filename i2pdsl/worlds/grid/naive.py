@@ -8,6 +8,7 @@ import numpy as np
 from i2pdsl.worlds.grid import model
 from i2pdsl.worlds.grid.arrays import arrangement
 from i2pdsl.worlds.grid.following import successor
+from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.world import GridWorld
 
 _TIE = 1e-9
@@ -33,7 +34,7 @@ def naive_rollout(
         chosen, seen = [], state
         for who, character in enumerate(world.spec.characters):
             column = int(tables.columns[who][0, hypothesis])
-            values = model.action_values(tables, who, np.asarray(seen))
+            values = action_values(tables, who, np.asarray(seen))
             if column == values.shape[-1]:
                 act = int(generator.integers(len(values)))
             else:

@@ -17,9 +17,7 @@ from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.sizes import padded_size
 from i2pdsl.worlds.grid import features, model
 from i2pdsl.worlds.grid.arrays import (
-    Against,
     Moves,
-    Problems,
     Tables,
     arrangement,
     cells_at,
@@ -29,46 +27,31 @@ from i2pdsl.worlds.grid.arrays import (
     state_count,
 )
 from i2pdsl.worlds.grid.dynamics import Dynamics, initial_marks
+from i2pdsl.worlds.grid.expected import expected
 from i2pdsl.worlds.grid.holdings import holdings_of, problems_in_space, space_and_rows
 from i2pdsl.worlds.grid.known import Known
+from i2pdsl.worlds.grid.looked_up import by_problem, with_policies
 from i2pdsl.worlds.grid.method import check_size, planned, states_of
 from i2pdsl.worlds.grid.packed import Computed, States
 from i2pdsl.worlds.grid.parts import part_of
 from i2pdsl.worlds.grid.planning import Plan, Report
+from i2pdsl.worlds.grid.policy import value
 from i2pdsl.worlds.grid.problems import (
-    answering,
-    costs,
-    expectations,
-    ground,
-    on_goal,
     problem_keys,
-    problem_of,
-    state_tables,
 )
 from i2pdsl.worlds.grid.sight import in_sight, walking
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.hypotheses import rationality_of
 from i2pdsl.worlds.world import (
     Branches,
     Part,
     SmallWorld,
     Viewer,
-    forgetting_of,
-    log_priors,
     on_device,
-    switching_of,
 )
 
 Array = Any
 
-MOST_POLICY_BYTES = 600 * 2**20
-POLICIES_AT_ONCE = 2048  # states: all sizes of tables are multiples of it (arrays.padded)
-FEW_POLICIES = 10**7  # numbers that are there sooner if a slower program makes them
-
-# Products of matrices, problems x hypotheses for each child, save a likelihood and a logarithm for
-# each hypothesis: measured, of no more problems, and where each stands for some hypotheses.
-MOST_PROBLEMS, EACH_STANDS_FOR = 64, 2
 LEAST_DOUBT = 1e-9  # forgotten after each action: in single precision far from 0 for all hypotheses
 
 
@@ -235,7 +218,7 @@ class GridWorld:
         return action < self.moves.turn_count
 
     def value(self, tables: Tables, who: int, state: Array) -> Array:
-        return model.value(tables, who, state)
+        return value(tables, who, state)
 
     def attempts(self, tables: Tables, state: Array, action: Array) -> tuple[Array, Array]:
         return features.attempts(tables, self.moves, state, action)
@@ -370,66 +353,6 @@ class GridWorld:
         return there & (marks == initial_marks(self.spec, cells)).all(-1)
 
 
-def by_problem(tables: Tables, most: int | None = None) -> tuple[Problems, ...]:
-    """The problems of each character, as each observer sees them, if none knows of more than so
-    many; by default, of so many as save something. Empty where the last has more: before it acts,
-    branches are few."""
-    if most is None:
-        most = min(MOST_PROBLEMS, tables.log_prior.shape[-1] // EACH_STANDS_FOR)
-    found = []
-    for column, beta in zip(tables.columns, tables.sharpness, strict=True):
-        irrational = len(beta)
-        own = [np.union1d(row, [irrational]) for row in column]
-        count = max(map(len, own))
-        if count > most:
-            own, count = [], 0
-        columns = np.full((len(column), count), irrational)
-        hypotheses = np.zeros((*columns.shape, column.shape[-1]))
-        for o, problems in enumerate(own):
-            columns[o, : len(problems)] = problems
-            hypotheses[o, : len(problems)] = column[o] == problems[:, None]
-        found.append(Problems(columns, hypotheses))
-    return tuple(found) if found[-1].columns.size else ()
-
-
-def with_policies(tables: Tables, count: int) -> Tables:
-    """The tables of a search with all policies, which it looks up far more often than there are
-    listed states; as they are where that takes too much memory.
-
-    Args:
-        count: how many states there are in fact.
-    """
-    from i2pdsl.programs import compiled_program
-
-    states = state_count(tables)
-    sizes = [
-        len(after) * column.size
-        for after, column in zip(tables.successor, tables.columns, strict=True)
-    ]
-    if 4 * states * sum(sizes) > MOST_POLICY_BYTES:
-        return tables
-
-    def tabulated(tables: Tables, parts: Array) -> tuple[Array, ...]:
-        from jax import lax, numpy
-
-        def policies(who: int) -> Array:
-            def with_part(part: Array, table: Array) -> Array:
-                first = part * POLICIES_AT_ONCE
-                some = first + numpy.arange(POLICIES_AT_ONCE, dtype=np.int32)
-                policy = model.log_policy(tables, who, some)
-                return lax.dynamic_update_slice_in_dim(table, policy, first, axis=0)
-
-            shape = (states, len(tables.successor[who]), *tables.columns[who].shape)
-            return lax.fori_loop(0, parts, with_part, numpy.zeros(shape, tables.gamma.dtype))
-
-        return tuple(map(policies, range(len(sizes))))
-
-    brief = states * sum(sizes) < FEW_POLICIES
-    given = (tables, np.int32(-(-count // POLICIES_AT_ONCE)))
-    program = compiled_program(("policies",), tabulated, given, (0,) * len(sizes), brief=brief)
-    return tables._replace(policies=program.run(*given))
-
-
 def build_world(
     spec: GridSpec,
     viewers: tuple[Viewer, ...] | None = None,
@@ -467,64 +390,8 @@ def assemble(
     spec: GridSpec, dynamics: States, viewers: tuple[Viewer, ...], plans: list[Plan]
 ) -> GridWorld:
     """Puts the viewers' plans side by side into one set of tables."""
-    vocabulary = grid_vocabulary(spec)
-    rows = vocabulary.hypotheses
-    # Viewers who expect the same plan to be followed more or less sharply have it once each.
-    seen_as = [(id(p), v.sharpness) for v, p in zip(viewers, plans, strict=True)]
-    places = {each: number for number, each in enumerate(dict.fromkeys(seen_as))}
-    distinct = [plans[seen_as.index(each)] for each in places]
-    offsets = [
-        np.cumsum([0, *(len(p.keys[who]) for p in distinct)]) for who in range(len(spec.characters))
-    ]
-    continuation, columns, sharpness, goals = [], [], [], []
-    for who, c in enumerate(spec.characters):
-        continuation.append(
-            distinct[0].continuation[who]
-            if len(distinct) == 1
-            else np.concatenate([p.continuation[who] for p in distinct], axis=1)
-        )
-        keys = [key for p in distinct for key in p.keys[who]]
-        goals.append(on_goal(spec, dynamics, who, keys))
-        beta = np.empty(len(keys))
-        most = len(plans[0].keys[who]) + 1 if spec.is_sampled else len(rows)
-        column = np.full((len(viewers), most), len(keys))
-        for o, (viewer, plan) in enumerate(zip(viewers, plans, strict=True)):
-            first = offsets[who][places[seen_as[o]]]
-            sharp = viewer.sharpness * viewer.spec.settings.beta
-            beta[first : first + len(plan.keys[who])] = sharp
-            if spec.is_sampled:  # the likelihoods are of problems, of which particles have one each
-                column[o, :-1] = first + np.arange(most - 1)
-            for h, row in enumerate(() if spec.is_sampled else rows):
-                if row[rationality_of(c.name)]:
-                    key = problem_of(viewer.spec, c, row)
-                    column[o, h] = first + plan.keys[who].index(key)
-        columns.append(column)
-        sharpness.append(beta)
-    nowhere = np.full((spec.place_count - len(dynamics.coordinates), 2), -9)
-    coordinates = np.vstack([dynamics.coordinates, nowhere])
-    words = grid_vocabulary(spec)
-    log_prior = log_priors(viewers, words)
-    tables = Tables(
-        **state_tables(dynamics),
-        coordinates=coordinates,
-        absent=np.array(dynamics.absent),
-        success=np.array([c.success for c in spec.characters]),
-        cost=costs(spec),
-        ground=ground(spec, dynamics),
-        gamma=np.array(spec.settings.gamma),
-        reward=np.array(spec.settings.goal),
-        continuation=tuple(continuation),
-        columns=tuple(columns),
-        sharpness=tuple(sharpness),
-        goals=tuple(goals),
-        log_prior=log_prior,
-        forgetting=forgetting_of(viewers, [v.spec.settings.forgetting for v in viewers]),
-        switching=switching_of(viewers, words, log_prior),
-        layer=np.array(dynamics.state_count) if spec.settings.horizon else None,
-        against=_against(viewers, plans, distinct, offsets) if spec.together else None,
-        terms=distinct[0].terms,
-    )
-    tables = tables._replace(holdings=holdings_of(spec, words, viewers, tables))
+    tables = expected(spec, dynamics, viewers, plans)
+    tables = tables._replace(holdings=holdings_of(spec, grid_vocabulary(spec), viewers, tables))
     moves = Moves(
         tuple(c.is_weak for c in spec.characters),
         padded_size(len(dynamics.coordinates), 32) if spec.events else 0,
@@ -543,44 +410,4 @@ def assemble(
         max(p.residual for p in plans),
         max(p.bound for p in plans),
         sum(p.seconds for p in {id(p): p for p in plans}.values()),
-    )
-
-
-def _against(
-    viewers: tuple[Viewer, ...],
-    plans: list[Plan],
-    distinct: list[Plan],
-    offsets: list[np.ndarray],
-) -> tuple[tuple[Against, ...], ...]:
-    """What the characters of all plans expect of each other, side by side as their problems."""
-    specs = [viewers[[id(p) for p in plans].index(id(plan))].spec for plan in distinct]
-    each = [expectations(spec, plan.keys) for spec, plan in zip(specs, distinct, strict=True)]
-    return tuple(
-        tuple(
-            _beside([plan[who][number] for plan in each], offsets[other])
-            for number, other in enumerate(answering(specs[0], who))
-        )
-        for who in range(len(offsets))
-    )
-
-
-def _beside(parts: list[Against], offsets: np.ndarray) -> Against:
-    """What a character expects of another in the problems of all plans.
-
-    Args:
-        offsets: the first of the other's problems of each plan.
-    """
-    problem = [
-        part.problem + first
-        for part, first in zip(parts, offsets, strict=False)
-        if part.problem is not None
-    ]
-    beside = lambda name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
-    return Against(
-        beside("fixed"),
-        np.concatenate(problem) if problem else None,
-        beside("known"),
-        beside("beta"),
-        beside("rho"),
-        parts[0].success,
     )
