@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -28,12 +27,13 @@ from i2pdsl.library.curves import Curves, decisive_curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
 from i2pdsl.library.films import PackedFilm, pack_film, read_film
 from i2pdsl.library.fits import example_call, uses_of
-from i2pdsl.resources import atomic_path, write_text
+from i2pdsl.resources import write_text
 from i2pdsl.untrusted import WrongData, below, decode_json, mismatch, plain_name, read_bytes
 from i2pdsl.worlds.find import builtin_worlds, find_vocabulary
 
 if TYPE_CHECKING:
     from i2pdsl.progress import Bars
+    from i2pdsl.render.files import PictureFiles
 
 MANIFEST = "manifest.json"
 _USUAL_LENGTH = 15  # frames of an example
@@ -280,9 +280,7 @@ class Gallery:
         result = best_of(found)
         title = f"{example.pattern.replace('_', ' ')}, {place_of(example.world)}"
         pictures = pictures_of([result.script], title)
-        with tempfile.TemporaryDirectory() as new:
-            files = dict(pictures.drawn(Path(new), ("png", "html"), bars.drawing))
-            size = self.moved(files, example.name)
+        size = self.drawn(pictures, example.name)
         curves = decisive_curves(pictures.panels, example.call)
         film = pack_film(to_mount(pictures.moving(), (), pictures.title))
         write_text(below(self.folder, f"{example.name}.film"), film.as_text())
@@ -295,16 +293,18 @@ class Gallery:
             write_text(self.folder / MANIFEST, json.dumps(self.known, indent=1) + "\n")
         return shown, finished
 
-    def moved(self, files: dict[str, Path], name: str) -> tuple[int, int]:
-        """Gives the comic and the page of an example their names; returns the comic's size."""
+    def drawn(self, pictures: PictureFiles, name: str) -> tuple[int, int]:
+        """Writes the comic and the page of an example; returns the comic's size."""
         from PIL import Image
 
-        with Image.open(files["comic.png"]) as picture:
-            size = picture.size
-        for kind, end in (("comic.png", ".png"), ("html", ".html")):
-            with atomic_path(below(self.folder, name + end)) as temporary:
-                shutil.copyfile(files[kind], temporary)
-        return size
+        from i2pdsl.render.files import COMIC_ZOOM
+        from i2pdsl.render.raster import save_png
+
+        page, comic = pictures.page(), below(self.folder, f"{name}.png")
+        save_png(comic, pictures.comic(), COMIC_ZOOM)
+        write_text(below(self.folder, f"{name}.html"), page)
+        with Image.open(comic) as picture:
+            return picture.size
 
     def unpacked(self, place: str) -> Path:
         """A folder with the library and its worlds, for its examples to be read in."""

@@ -22,6 +22,7 @@ EXPORTS = ("sheet", "timeline", "godot")  # what other programs animate with
 FILMS = ("gif", "mp4", "webm")
 SEE_THROUGH = ("gif", "webm")  # films that can be
 KEY_FRAMES = 8
+COMIC_ZOOM = 1.25  # pixels of a PNG for each unit of the drawing
 UNSURE = 0.1  # beliefs closer than this are a tie
 
 Progress = Callable[[str, int, int], None]  # picture, steps done, steps in all
@@ -181,7 +182,7 @@ class PictureFiles:
             if kind in formats:
                 path = folder / f"{name}.{kind}"
                 if kind == "png":
-                    save_png(path, drawing, zoom=1.25)
+                    save_png(path, drawing, COMIC_ZOOM)
                 else:
                     save_svg(path, drawing)
                 yield path.name, path

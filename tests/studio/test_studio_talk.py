@@ -357,7 +357,7 @@ def test_stories_to_begin_with(talk: Talk, served: Served) -> None:
     new = {"name": "mine", "beginning": "betrayal", "world": "small"}
     found = talk.ask("i2p/new", new)
     assert not (served.folder / "mine.story").exists()
-    saved = {"path": found["path"], "text": found["text"], "digest": None}
+    saved = {"path": found["path"], "text": found["text"] + SEARCH, "digest": None}
     talk.ask("i2p/save", saved)
     talk.open("mine.story")
     assert talk.film()["length"] == 15

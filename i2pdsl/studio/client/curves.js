@@ -259,13 +259,16 @@ class Arc {
       { label: "an expression …", expression: null },
     ];
     const before = this.choice.value;
+    // Somebody is typing one, wherever that stands now; it is no choice where there is no other.
+    const types = this.options?.length > 1 && Number(before) === this.options.length - 1;
     this.options = all;
     this.choice.replaceChildren(
       ...all.map(({ label, range }, i) => h("option", { value: i }, range ? `✎ ${label}` : label)),
     );
     // The same curve as before, or one that the text has.
     const same = all.findIndex(({ expression }) => expression && expression === this.#expression);
-    const index = same >= 0 ? same : before && !all[before] ? 0 : Number(before || 0);
+    const other = types ? all.length - 1 : before && all[before] ? Number(before) : 0;
+    const index = same >= 0 ? same : other;
     this.choice.value = all[index] ? String(index) : "";
     this.#chosen();
   }
