@@ -67,10 +67,7 @@ def optimum(world: GridWorld, story: TypedStory) -> float:
         node = root(world, objective, tables, params, start)
         for t in range(story.length - 1):
             node, _ = follow(world, objective, tables, params, node, actions[t])
-        frames, real = children(world, tables, node, ())
-        step = lambda frame: objective.step(tables, params, node.carry, frame)
-        worth = jax.vmap(lambda f: objective.score(tables, params, step(f), f))(frames)
-        worth = jnp.where(real & jnp.isfinite(worth), worth, -jnp.inf)
+        worth = children(world, objective, (), tables, params, jnp.bool_(False), node).worth
         return worth.max(), worth.argmax()
 
     run = jax.jit(jax.vmap(best))

@@ -341,3 +341,20 @@ def test_captions_curves_and_reasons_say_whose_belief_they_are() -> None:
         for effect in reason["effects"]:
             assert 0 <= effect["after"] <= 1
     assert "insider: robot means to help cheese" in reasons_in_words(script())
+
+
+def test_viewers_may_rule_out_that_somebody_is_rational() -> None:
+    """Then nothing that is done is odd to them, and who is not rational has no value to show."""
+    own = pair()
+    text = "assume nothing\naudience bayesian(given = not R_robot)\n"
+    story = own.story(
+        f"world kitchen\nlength {LENGTH}\n{text}maximize sum_t P(G_cheese = pink | script[:t])"
+    )
+    world = seen_by(story)
+    path = own.random_script(Random(3), LENGTH, events=0)
+    frames = replay(world, path.states, path.actions)
+    assert (frames.regret == 0).all()
+    assert np.isfinite(score_script(story, world, frames))
+    panels = pictures_of([script_of(story, world, path, frames, {}, None)], "doubt").panels
+    (values,) = [panel for panel in panels if panel.title == "expected value"]
+    assert [series.label for series in values.series] == ["cheese"]

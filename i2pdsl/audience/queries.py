@@ -62,15 +62,25 @@ def expectation(
 def each_expects(
     log_belief: Array, quantity: Array, mask: Array, share: Share | None = None
 ) -> Array:
-    """E[quantity | mask] of each observer, [..., O]."""
+    """E[quantity | mask] of each observer, [..., O]; 0 of one who takes the mask for impossible:
+    only what is expected of the rational is asked of such (film.py, naturalness)."""
     xp = _namespace(log_belief)
-    if share is not None:
-        if isinstance(share, Product) and xp.ndim(quantity) == 1:
-            return share.summed(xp.where(mask, quantity, 0.0)) / _within(share, mask)
+    if isinstance(share, Product) and xp.ndim(quantity) == 1:
+        held, within = share.summed(xp.where(mask, quantity, 0.0)), _within(share, mask)
+    elif share is not None:
         share = multiplied(share)
-        return summed(xp.where(mask, share * quantity, 0.0)) / summed(share, mask)
-    weighted = conditioned(log_belief, mask) * xp.where(mask, quantity, 0.0)
-    return weighted.sum(-1)
+        held, within = summed(xp.where(mask, share * quantity, 0.0)), summed(share, mask)
+    else:
+        log_held = xp.where(mask, log_belief, -xp.inf)
+        top = xp.max(log_held, axis=-1, keepdims=True)
+        weights = xp.exp(log_held - xp.where(top > -xp.inf, top, 0.0))
+        held, within = (weights * xp.where(mask, quantity, 0.0)).sum(-1), weights.sum(-1)
+    return ratio(held, within)
+
+
+def ratio(part: Array, whole: Array) -> Array:
+    """What part something is of a whole, 0 of nothing."""
+    return part / _namespace(whole).where(whole > 0, whole, 1.0)
 
 
 def marginal(log_belief: Array, groups: Array, mask: Array, share: Share | None = None) -> Array:

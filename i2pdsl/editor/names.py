@@ -198,8 +198,13 @@ def _of_world(place: Place, slot: Slot, world: Vocabulary) -> Iterator[Offer]:
         for latent in world.latents.values():
             if latent.kind == "number" or kind not in ("quantity", "quantity or value"):
                 yield latent_offer(latent)
-    if kind in ("predicate", "state"):
+    # Where a thing is may be believed, too.
+    is_believed = kind == "event" and place.stack[-1].name == "believes"
+    if kind in ("predicate", "state") or is_believed:
+        read = {what for each in world.readings.values() for what in each}
         for predicate in world.predicates.values():
+            if is_believed and not (predicate.name == "at" and read & {*world.things}):
+                continue
             if kind == "predicate" or not predicate.needs_action:
                 signature = f"{predicate.name}({', '.join(predicate.parameters)})"
                 yield Offer(predicate.name, "predicate", signature, predicate.documentation)

@@ -309,7 +309,7 @@ class Beliefs(Frames):
     def check_certain(self, event: ty.Mask, mask: ty.Mask, node: ast.Form, env: Env) -> None:
         """Warns where a probability is 0 or 1 whatever happens."""
         under = {e for e, m in zip(event, mask, strict=True) if m}
-        if len(under) > 1:
+        if len(under) != 1:  # of none there is an error, said where the viewers are known
             return
         by_assumption = {e for e, m in zip(event, self.assumption, strict=True) if m}
         hint = None

@@ -17,7 +17,7 @@ from i2pdsl.audience.filter import (
 )
 from i2pdsl.audience.holding import Holding, HoldingTables, way_of
 from i2pdsl.audience.product import Product
-from i2pdsl.audience.queries import each_expects
+from i2pdsl.audience.queries import each_expects, ratio
 from i2pdsl.language.story import default_assumption
 from i2pdsl.worlds.world import ByProblem, World
 
@@ -120,8 +120,7 @@ class Belief(NamedTuple):
         rational = xp.asarray(default_assumption(world.vocabulary))
         if known is not None and self.product is not None:
             of_problems = self.product.by_problem(xp.where(rational, 1.0, 0.0))
-            each = (of_problems * known.log_rows).sum(-1)
-            return each / of_problems.sum(-1)
+            return ratio((of_problems * known.log_rows).sum(-1), of_problems.sum(-1))
         if world.lists_hypotheses:
             return each_expects(self.log, regret, rational, self.share)
         of = zip(_of_tables(world.holdings(tables)), self.holdings, strict=True)

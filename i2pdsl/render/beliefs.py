@@ -228,10 +228,15 @@ class Beliefs:
         )
         if rational:
             yield Panel("rationality", "probability", rational)
-        pairs = zip(words.hypotheses, script.assumption, strict=True)
-        assumed = [row for row, holds in pairs if holds]
-        # Who is irrational by the story's assumption has no value.
-        minded = [n for n in names if any(row.get(rationality_of(n), True) for row in assumed)]
+        pairs = list(zip(words.hypotheses, script.assumption, strict=True))
+
+        def may_be_rational(name: str) -> bool:
+            """By the story's assumption, and to its viewers; who may not has no value."""
+            latent = rationality_of(name)
+            mask = tuple(holds and bool(row.get(latent, True)) for row, holds in pairs)
+            return script.audience_of(None).can_hold(mask)
+
+        minded = [name for name in names if may_be_rational(name)]
         values = _all((n, script.query(f"E[V({n}) | script[:t]]")) for n in minded)
         if values:
             yield Panel("expected value", "value", values, "value")

@@ -21,3 +21,4 @@ maximize sum_t E[insider][V(robot)]
 maximize sum_t script[t | rho > 0]
 maximize plane(insider, rho > 0)
 minimize sum_t KL[insider](script[:t-1] || script[:t]) * entropy[viewers](script[:t])
+maximize sum_t P[doubter](G_cheese = pink | script[:t])

@@ -33,6 +33,7 @@ class Terminal:
     """A program on a terminal of its own, and what that shows."""
 
     def __init__(self, arguments: tuple[str, ...], columns: int, rows: int, env: dict[str, str]):
+        self.size = rows, columns
         self.screen = pyte.HistoryScreen(columns, rows, history=2000)
         self.stream = pyte.ByteStream(self.screen)
         self.raw = b""
@@ -312,5 +313,8 @@ def test_a_window_that_changes_its_size(usual: Terminal) -> None:
     time.sleep(0.2)
     plot = one.enter("plot 0.25")
     feet = [line for line in plot.splitlines() if "└" in line]
+    rows, columns = one.size
+    termios.tcsetwinsize(one.master, one.size)
+    one.screen.resize(rows, columns)
     assert len(feet) == 1
     assert len(feet[0]) <= 50

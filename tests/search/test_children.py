@@ -36,6 +36,11 @@ audience careful = average(bayesian(given = rho > 0, forgetting = 0.1), bayesian
 maximize sum_t (P[child](rho > 0 | script[:t]) - 0.3 * P[careful](G_robot = green | script[:t])
     + 0.2 * entropy(rho | script[:t]) - 0.1 * E[careful][rho | script[:t]])
 """
+DOUBTING = """
+assume nothing
+audience bayesian(given = not R_robot)
+maximize sum_t P(G_cheese = pink | script[:t])
+"""
 
 
 @cache
@@ -48,7 +53,7 @@ def watched(text: str) -> tuple[GridWorld, Any]:
     return world, story_objective(story, world)
 
 
-@pytest.mark.parametrize("text", [ONE, SEVERAL], ids=["one audience", "several"])
+@pytest.mark.parametrize("text", [ONE, SEVERAL, DOUBTING], ids=["one", "several", "doubting"])
 def test_each_child_is_worth_what_it_is_worth_alone(text: str) -> None:
     world, objective = watched(text)
     tables = world.tables._replace(by_problem=by_problem(world.tables, 10**6))

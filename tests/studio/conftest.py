@@ -163,15 +163,18 @@ class Usual:
     def page(self) -> Any:
         return self._rests.pop() if self._rests else self.context.new_page()
 
-    def take_back(self, page: Any, empty: str) -> None:
-        """Keeps a page for the next test, or closes it. `empty` is the address of something of the
-        same origin: nothing that the page remembers is there for another test."""
-        page.goto(empty)
-        if self._rests:
-            page.close()
-        else:
+    def take_back(self, pages: list[Any], empty: str) -> None:
+        """Keeps one of a test's pages for the next test. `empty` is the address of something of the
+        same origin: nothing that any of them remembers is there for another test."""
+        for page in pages:
+            page.mouse.move(0, 0)
+            page.mouse.up()
+            page.goto(empty)  # a page that is left keeps what was typed in it
+        for page in pages[:1]:
             page.evaluate("() => [localStorage, sessionStorage].forEach(kept => kept.clear())")
             self._rests.append(page)
+        for page in pages[1:]:
+            page.close()
 
 
 @pytest.fixture(scope="module")
@@ -218,6 +221,6 @@ def desk(chromium: Any, usual: Usual, served: Served) -> Iterator[Callable[..., 
         context.close()
     for desk in desks:
         desk.leave()
-        if desk.page.context is usual.context:
-            usual.take_back(desk.page, f"{served.address.partition('#')[0]}icon.svg")
+    pages = [desk.page for desk in desks if desk.page.context is usual.context]
+    usual.take_back(pages, f"{served.address.partition('#')[0]}icon.svg")
     assert [trouble for desk in desks for trouble in desk.trouble] == []

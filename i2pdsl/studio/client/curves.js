@@ -238,9 +238,9 @@ class Arc {
     if (!film) return;
     const number = ++this.#asked;
     const reply = await this.studio.ask("i2p/curves", {}, film);
-    if (!reply || number !== this.#asked) return;
-    this.#choices = reply.curves;
-    this.refresh();
+    if (number !== this.#asked) return;
+    if (reply) this.#choices = reply.curves;
+    this.refresh(); // what is measured is asked of this film, whatever became of the choices
   }
 
   /** What the text says of drawn curves has changed. */
