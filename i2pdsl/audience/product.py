@@ -61,25 +61,27 @@ class Product(NamedTuple):
 
     @property
     def _total(self) -> Array:
-        return (self._of_problems(self.before) * self.likely).sum(-1)
+        return (self._of_problems(self.hypotheses) * self.likely).sum(-1)
 
     def _kept(self, weights: Array) -> Array:
         """The sums of what was believed before, as far as it is not forgotten."""
         if self.spread is not None:
             each, other = self.spread
             weights = (1 - each - other) * weights
-        return self._of_problems(self.before, weights)
+        # They are the same for all beliefs, which are many: they go into the small matrix.
+        return self._of_problems(self._weighed(weights))
 
     def _lost(self, weights: Array) -> Array:
         """The sums of what is believed since something was forgotten."""
-        weights = (0.0 if self.spread is None else self.spread[1]) * weights
-        shape = (len(self.hypotheses), weights.shape[-1])
-        return self._of_problems(self.before.__array_namespace__().broadcast_to(weights, shape))
+        other = 0.0 if self.spread is None else self.spread[1]
+        return self._weighed(other * weights).sum(-1)
 
-    def _of_problems(self, belief: Array, weights: Array | float = 1.0) -> Array:
-        # Weights are the same for all beliefs, which are many: they go into the small matrix.
-        weighed = (weights * self.hypotheses.swapaxes(0, 1)).swapaxes(0, 1)
-        return of_each(lambda o, them: belief[..., o, :] @ them.T, weighed)
+    def _weighed(self, weights: Array) -> Array:
+        """The hypotheses of each problem, [O, Q, H], with weights [H] or [O, H]."""
+        return weights[..., None, :] * self.hypotheses
+
+    def _of_problems(self, hypotheses: Array) -> Array:
+        return of_each(lambda o, them: self.before[..., o, :] @ them.T, hypotheses)
 
 
 def of_each(product: Callable[[int, Array], Array], hypotheses: Array) -> Array:

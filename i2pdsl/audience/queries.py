@@ -47,9 +47,16 @@ def conditioned(log_belief: Array, mask: Array, share: Share | None = None) -> A
     if share is not None:
         share = multiplied(share)
         return xp.where(mask, share, 0.0) / summed(share, mask)[..., None]
-    held = xp.where(mask, log_belief, -xp.inf)
-    weights = xp.exp(held - xp.max(held, axis=-1, keepdims=True))
+    weights = _scaled(log_belief, mask)
     return weights / weights.sum(-1, keepdims=True)
+
+
+def _scaled(log_belief: Array, mask: Array) -> Array:
+    """P(H) within a mask, so many times as large that the largest is 1; 0 outside."""
+    xp = _namespace(log_belief)
+    held = xp.where(mask, log_belief, -xp.inf)
+    top = xp.max(held, axis=-1, keepdims=True)
+    return xp.exp(held - xp.where(top > -xp.inf, top, 0.0))
 
 
 def expectation(
@@ -71,9 +78,7 @@ def each_expects(
         share = multiplied(share)
         held, within = summed(xp.where(mask, share * quantity, 0.0)), summed(share, mask)
     else:
-        log_held = xp.where(mask, log_belief, -xp.inf)
-        top = xp.max(log_held, axis=-1, keepdims=True)
-        weights = xp.exp(log_held - xp.where(top > -xp.inf, top, 0.0))
+        weights = _scaled(log_belief, mask)
         held, within = (weights * xp.where(mask, quantity, 0.0)).sum(-1), weights.sum(-1)
     return ratio(held, within)
 
@@ -95,8 +100,7 @@ def marginal(log_belief: Array, groups: Array, mask: Array, share: Share | None 
 def _within(share: Share, mask: Array) -> Array:
     """P(mask), [..., O]."""
     if isinstance(share, Product):
-        xp = _namespace(share.before)
-        return share.summed(xp.where(mask, 1.0, 0.0).astype(share.before.dtype))
+        return share.summed(_namespace(share.before).where(mask, 1.0, 0.0))
     return summed(share, mask)
 
 

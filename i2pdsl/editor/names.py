@@ -11,7 +11,7 @@ from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS
 from i2pdsl.language.scope import Definition
 from i2pdsl.language.shares import OTHERS
-from i2pdsl.language.vocabulary import Latent, Vocabulary, show_value
+from i2pdsl.language.vocabulary import Latent, Predicate, Vocabulary, show_value
 
 # What the slots hold, from the world's own words to those of all stories.
 _SORTS = {
@@ -182,6 +182,11 @@ def definition_offer(definition: Definition) -> Offer:
 # The world's words.
 
 
+def _predicate_offer(predicate: Predicate) -> Offer:
+    signature = f"{predicate.name}({', '.join(predicate.parameters)})"
+    return Offer(predicate.name, "predicate", signature, predicate.documentation)
+
+
 def _of_world(place: Place, slot: Slot, world: Vocabulary) -> Iterator[Offer]:
     kind = slot.kind
     if kind == "value" and slot.name in world.latents:
@@ -198,16 +203,13 @@ def _of_world(place: Place, slot: Slot, world: Vocabulary) -> Iterator[Offer]:
         for latent in world.latents.values():
             if latent.kind == "number" or kind not in ("quantity", "quantity or value"):
                 yield latent_offer(latent)
-    # Where a thing is may be believed, too.
-    is_believed = kind == "event" and place.stack[-1].name == "believes"
-    if kind in ("predicate", "state") or is_believed:
-        read = {what for each in world.readings.values() for what in each}
+    if kind in ("predicate", "state"):
         for predicate in world.predicates.values():
-            if is_believed and not (predicate.name == "at" and read & {*world.things}):
-                continue
             if kind == "predicate" or not predicate.needs_action:
-                signature = f"{predicate.name}({', '.join(predicate.parameters)})"
-                yield Offer(predicate.name, "predicate", signature, predicate.documentation)
+                yield _predicate_offer(predicate)
+    read = {what for each in world.readings.values() for what in each}
+    if kind == "event" and place.stack[-1].name == "believes" and read & {*world.things}:
+        yield _predicate_offer(world.predicates["at"])  # all that is both seen and believed
     if kind in ("character", "thing", "spot", "any"):
         yield from _characters(world)
     if kind in ("object", "thing", "spot"):

@@ -185,12 +185,21 @@ FORGERIES = {
 }
 
 
-def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+Values = tuple[np.ndarray, ...]
+
+
+@pytest.fixture
+def first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Values:
+    """Of a small part that is planned and kept in an empty cache."""
     monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
     monkeypatch.setattr(subject, "MOST_MOVES", 0)
-    first = part_of(scripts(1, 3))[0].tables.continuation
+    found: Values = part_of(scripts(1, 3))[0].tables.continuation
+    return found
+
+
+def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
+    first: Values, tmp_path: Path
+) -> None:
     file, arrays = entry(tmp_path)
     for name, change in FORGERIES.items():
         np.savez(file, **{key: a if key == "mark" else change(a) for key, a in arrays.items()})
@@ -205,12 +214,9 @@ def test_an_entry_that_holds_no_values_of_a_part_is_said_and_made_again(
 
 
 def test_an_entry_from_which_nothing_settles_is_said_and_made_again(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    first: Values, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever is kept: also values of the right size."""
-    monkeypatch.setenv("I2PDSL_CACHE", str(tmp_path))
-    monkeypatch.setattr(subject, "MOST_MOVES", 0)
-    first = part_of(scripts(1, 3))[0].tables.continuation
     usual, starts = value_iteration.solve, []
 
     def refusing(*given: object, start: np.ndarray, **named: object) -> value_iteration.Solution:

@@ -166,21 +166,18 @@ def log_taken(tables: Tables, who: int, state: Array, act: Array) -> Array:
     return rows.reshape(*state.shape, *rows.shape[1:])
 
 
-def _with_irrational(tables: Tables, who: int, log_probability: Array) -> Array:
+def _with_irrational(tables: Tables, each: Array, at_random: float) -> Array:
     """What is known of each planning problem, [..., P], and of who acts at random: [..., P + 1]."""
     xp = namespace(tables.coordinates)
-    count = action_count(tables, who)
-    irrational = xp.full_like(log_probability[..., :1], -math.log(count))
-    return xp.concatenate([log_probability, irrational], axis=-1)
+    return xp.concatenate([each, xp.full_like(each[..., :1], at_random)], axis=-1)
 
 
 def by_problem(tables: Tables, who: int, state: Array, columns: Array) -> tuple[Array, Array]:
     """log P(a | s) and P(a | s) of the problems in some columns, [..., A, O, Q] each."""
     log_policy, policy = _softmax(tables, who, state)
-    log_policy = _with_irrational(tables, who, log_policy)
-    xp = namespace(tables.coordinates)
-    random = xp.full_like(policy[..., :1], 1 / action_count(tables, who))
-    policy = xp.concatenate([policy, random], axis=-1)
+    count = action_count(tables, who)
+    log_policy = _with_irrational(tables, log_policy, -math.log(count))
+    policy = _with_irrational(tables, policy, 1 / count)
     if columns.shape == (1, policy.shape[-1]):  # one observer, who knows of all problems
         return log_policy[..., None, :], policy[..., None, :]
     return log_policy[..., columns], policy[..., columns]
@@ -189,7 +186,7 @@ def by_problem(tables: Tables, who: int, state: Array, columns: Array) -> tuple[
 def by_hypothesis(tables: Tables, who: int, log_probability: Array) -> Array:
     """What is known of each planning problem, [..., P], of each hypothesis: [..., O, H]."""
     xp = namespace(tables.coordinates)
-    every = _with_irrational(tables, who, log_probability)
+    every = _with_irrational(tables, log_probability, -math.log(action_count(tables, who)))
     # `take` lays them out in this order: sums over them then round alike, of one script or many.
     return xp.take(every, tables.columns[who], axis=-1, mode="clip")
 
