@@ -1,0 +1,131 @@
+"""How listed worlds are drawn, unless their kind draws them otherwise: a picture of the cells for
+each frame, and the curves of belief."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from i2pdsl.render.beliefs import COLORS, most_believed, series_of
+from i2pdsl.render.characters import Ink
+from i2pdsl.render.drawing import Drawing, one_by_one
+from i2pdsl.render.files import PictureFiles, printable
+from i2pdsl.render.focus import focus_of, led
+from i2pdsl.render.lettering import fitted, text_svg
+from i2pdsl.render.mind import PANELS_MAX, Panel, save_mind
+from i2pdsl.scripts import Script
+from i2pdsl.worlds.kinds import kind_of
+
+CELL, GAP, HEAD = 34, 16, 20  # units: a cell, between pictures, and the line above each
+_WIDTH = 760  # of a strip, at most
+_FLOOR, _LINE = "#f1e8d8", "#7d6b5d"
+_TINTS = ("#e8c7d2", "#c4dcc8", "#c9d6ea", "#eed9b4", "#d9cdea", "#bfe0dd")  # of places
+
+
+class ListedPictures(PictureFiles):
+    """Draws one script of a listed world."""
+
+    offered = ("png", "svg")
+
+    def __init__(self, script: Script, drawing: ListedDrawing, title: str | None = None):
+        self.script = script = script.shown()
+        self.drawing = drawing
+        self.title = printable(title or script.record.title or script.world.name)
+
+    @cached_property
+    def panels(self) -> tuple[Panel, ...]:
+        """What viewers believe of each latent; first what the story asks, if that is none."""
+        usual = tuple(self._panel(latent) for latent in self.script.world.vocabulary.apart)
+        sentence = self.drawing.sentence(self.script.world.spec)
+        return led(focus_of(self.script, usual, sentence).leading, usual)[:PANELS_MAX]
+
+    def _panel(self, name: str) -> Panel:
+        latent = self.script.world.vocabulary.latents[name]
+        columns = self.script.ask(f"P({name} | script[:t])").columns()
+        curves = most_believed(list(columns), np.stack(list(columns.values())))
+        title = latent.documentation or name
+        return Panel(title, "probability", series_of(curves), latent=name, question=title)
+
+    def comic(self) -> str:
+        """The frames beside and below each other, each with what is done in it above."""
+        script, kind = self.script, kind_of(self.script.world.spec)
+        words = script.world.vocabulary
+        wide, high = CELL * words.columns, CELL * words.rows + HEAD
+        across = max(1, min(script.length + 1, (_WIDTH - GAP) // (wide + GAP)))
+        parts = []
+        for t, state in enumerate(script.trajectory.states):
+            deed = kind.frame_in_words(script.world, script.trajectory, t) if t else "the start"
+            x, y = GAP + t % across * (wide + GAP), GAP + t // across * (high + GAP)
+            head = text_svg(0, 13, fitted(f"{t}  {deed}", 12, wide), 12)
+            picture = self.drawing.picture(script.world, state)
+            parts.append(
+                f'<g transform="translate({x} {y})">{head}'
+                f'<g transform="translate(0 {HEAD})">{picture}</g></g>'
+            )
+        down = -(-(script.length + 1) // across)
+        size = f'width="{GAP + across * (wide + GAP)}" height="{GAP + down * (high + GAP)}"'
+        ground = '<rect width="100%" height="100%" fill="#fff"/>'
+        return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{ground}{"".join(parts)}</svg>'
+
+    def save_mind(self, path: Path, title: str) -> Path | None:
+        return save_mind(path, self.panels, title) if self.panels else None
+
+
+class ListedDrawing(Drawing):
+    files = ListedPictures
+
+    def figure(self, name: str, number: int) -> str:
+        """Somebody or something, as SVG around (0, 0) and at most 26 units wide and high.
+
+        Args:
+            number: its place among the characters and things.
+        """
+        colour = COLORS[number % len(COLORS)]
+        letter = text_svg(0, 5, name[:1].upper(), 14, True, ' text-anchor="middle" fill="#fff"')
+        return f'<circle r="12" fill="{colour}"/>{letter}'
+
+    def picture(self, world: Any, state: Any) -> str:
+        """A state as SVG, CELL units for each cell."""
+        words, parts = world.vocabulary, []
+        tints = {
+            cell: (name, _TINTS[number % len(_TINTS)])
+            for number, (name, cells) in enumerate(words.places.items())
+            for cell in cells
+        }
+        for column, row in sorted(words.free):
+            name, tint = tints.get((column, row), ("", _FLOOR))
+            told = f"<title>{escape(name)}</title>" if name else ""
+            parts.append(
+                f'<rect x="{CELL * column}" y="{CELL * row}" width="{CELL}" height="{CELL}" '
+                f'fill="{tint}" stroke="{_LINE}">{told}</rect>'
+            )
+            label = fitted(name, 9, CELL - 4)
+            parts.append(text_svg(CELL * column + 3, CELL * row + 10, label, 9))
+        where = kind_of(world.spec).start_as_json(world, state)
+        for number, (name, (column, row)) in enumerate(where.items()):
+            x, y = CELL * (column + 0.5), CELL * (row + 0.5) + 3
+            figure = self.figure(name, number)
+            parts.append(f'<g transform="translate({x:g} {y:g})">{figure}</g>')
+        return "".join(parts)
+
+    def pictures(self, scripts: Sequence[Script], title: str | None = None) -> ListedPictures:
+        if len(scripts) > 1:
+            raise one_by_one(scripts)
+        return ListedPictures(scripts[0], self, title)
+
+    def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
+        """The cells as dots, places by their first letters, who is there by a capital."""
+        words = world.vocabulary
+        signs = dict.fromkeys(words.free, ".")
+        signs |= {cell: name[0].lower() for name, of in words.places.items() for cell in of}
+        where = kind_of(world.spec).start_as_json(world, state)
+        signs |= {(c, r): name[0].upper() for name, (c, r) in where.items()}
+        return "\n".join(
+            "    " + "".join(signs.get((c, r), " ") for c in range(words.columns)).rstrip()
+            for r in range(words.rows)
+        )
