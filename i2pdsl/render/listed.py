@@ -21,7 +21,7 @@ from i2pdsl.render.mind import PANELS_MAX, Panel, save_mind
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
 
-CELL, GAP, HEAD = 34, 16, 20  # units: a cell, between pictures, and the line above each
+CELL, GAP, HEAD = 40, 16, 20  # units: a cell, between pictures, and the line above each
 _WIDTH = 760  # of a strip, at most
 _FLOOR, _LINE = "#f1e8d8", "#7d6b5d"
 _TINTS = ("#e8c7d2", "#c4dcc8", "#c9d6ea", "#eed9b4", "#d9cdea", "#bfe0dd")  # of places
@@ -53,6 +53,11 @@ class ListedPictures(PictureFiles):
 
     def comic(self) -> str:
         """The frames beside and below each other, each with what is done in it above."""
+        drawn, wide, high = self.strip()
+        return _document(drawn, wide, high)
+
+    def strip(self) -> tuple[str, int, int]:
+        """The same, and its width and height."""
         script, kind = self.script, kind_of(self.script.world.spec)
         words = script.world.vocabulary
         wide, high = CELL * words.columns, CELL * words.rows + HEAD
@@ -68,12 +73,37 @@ class ListedPictures(PictureFiles):
                 f'<g transform="translate(0 {HEAD})">{picture}</g></g>'
             )
         down = -(-(script.length + 1) // across)
-        size = f'width="{GAP + across * (wide + GAP)}" height="{GAP + down * (high + GAP)}"'
-        ground = '<rect width="100%" height="100%" fill="#fff"/>'
-        return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{ground}{"".join(parts)}</svg>'
+        return "".join(parts), GAP + across * (wide + GAP), GAP + down * (high + GAP)
 
     def save_mind(self, path: Path, title: str) -> Path | None:
         return save_mind(path, self.panels, title) if self.panels else None
+
+
+class ListedSheet(PictureFiles):
+    """Draws the candidates of a story below each other."""
+
+    offered = ("png", "svg")
+
+    def __init__(self, each: Sequence[ListedPictures]):
+        self.each = each
+
+    def comic(self) -> str:
+        parts, wide, high = [], 0, 0
+        for one in self.each:
+            drawn, width, height = one.strip()
+            head = text_svg(GAP, HEAD, fitted(one.title, 14, width, bold=True), 14, True)
+            parts.append(
+                f'<g transform="translate(0 {high})">{head}'
+                f'<g transform="translate(0 {HEAD})">{drawn}</g></g>'
+            )
+            wide, high = max(wide, width), high + HEAD + height
+        return _document("".join(parts), wide, high)
+
+
+def _document(drawn: str, wide: int, high: int) -> str:
+    ground = '<rect width="100%" height="100%" fill="#fff"/>'
+    size = f'width="{wide}" height="{high}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{ground}{drawn}</svg>'
 
 
 class ListedDrawing(Drawing):
@@ -104,11 +134,12 @@ class ListedDrawing(Drawing):
                 f'<rect x="{CELL * column}" y="{CELL * row}" width="{CELL}" height="{CELL}" '
                 f'fill="{tint}" stroke="{_LINE}">{told}</rect>'
             )
-            label = fitted(name, 9, CELL - 4)
-            parts.append(text_svg(CELL * column + 3, CELL * row + 10, label, 9))
+            label, middle = fitted(name, 9, CELL - 4), ' text-anchor="middle"'
+            x, y = CELL * (column + 0.5), CELL * (row + 1) - 4
+            parts.append(text_svg(x, y, label, 9, more=middle))
         where = kind_of(world.spec).start_as_json(world, state)
         for number, (name, (column, row)) in enumerate(where.items()):
-            x, y = CELL * (column + 0.5), CELL * (row + 0.5) + 3
+            x, y = CELL * (column + 0.5), CELL * row + 15
             figure = self.figure(name, number)
             parts.append(f'<g transform="translate({x:g} {y:g})">{figure}</g>')
         return "".join(parts)
@@ -117,6 +148,9 @@ class ListedDrawing(Drawing):
         if len(scripts) > 1:
             raise one_by_one(scripts)
         return ListedPictures(scripts[0], self, title)
+
+    def sheet(self, scripts: Sequence[Script], title: str) -> ListedSheet:
+        return ListedSheet([ListedPictures(script, self) for script in scripts])
 
     def in_characters(self, world: Any, state: Any, ink: Ink) -> str:
         """The cells as dots, places by their first letters, who is there by a capital."""
