@@ -96,9 +96,9 @@ class ListedKind(Kind, Generic[S]):
         for block in reader.blocks:
             reader.known_keys(block)
             if block.keyword == "audience":
-                for key, (range_, accepts) in RANGES.items():
+                for key, range_ in RANGES.items():
                     usual = values.get(key, getattr(ListedSettings, key))
-                    values[key] = reader.number(block, key, usual, accepts, range_)
+                    values[key] = reader.number(block, key, usual, *range_)
         more = self.told(reader)
         if not reader.problems:
             settings = ListedSettings(**values)

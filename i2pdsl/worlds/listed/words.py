@@ -20,11 +20,10 @@ OF_CELLS = (
 )
 """What can be asked of every listed world (world.py)."""
 
-_SHARE = "from 0 to below 1", lambda x: 0 <= x < 1
-RANGES: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "beta": ("above 0 and at most 1000", lambda x: 0 < x <= 1e3),
-    "forgetting": _SHARE,
-    "switching": _SHARE,
+RANGES: dict[str, tuple[Callable[[float], bool], str]] = {
+    "beta": (lambda x: 0 <= x <= 1e3, "between 0 and 1000"),
+    "forgetting": (lambda x: 0 <= x <= 0.5, "between 0 and 0.5"),
+    "switching": (lambda x: 0 <= x <= 1, "between 0 and 1"),
 }
 _DOCUMENTATION = {
     "beta": "inverse temperature: how sharply the characters prefer what they like best",
@@ -123,5 +122,5 @@ def actions_of(words: Vocabulary, who: str) -> tuple[str, ...]:
 
 
 def _setting(name: str, default: float) -> Setting:
-    range_, accepts = RANGES[name]
+    accepts, range_ = RANGES[name]
     return Setting(name, default, _DOCUMENTATION[name], (), range_, accepts)
