@@ -3,7 +3,7 @@ each frame, and the curves of belief."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,11 +17,12 @@ from i2pdsl.render.drawing import Drawing, one_by_one
 from i2pdsl.render.files import PictureFiles, printable
 from i2pdsl.render.focus import focus_of, led
 from i2pdsl.render.lettering import fitted, text_svg
-from i2pdsl.render.mind import PANELS_MAX, Panel, save_mind
+from i2pdsl.render.mind import PANELS_MAX, Panel, Series, save_mind
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kinds import kind_of
 
-CELL, GAP, HEAD = 40, 16, 20  # units: a cell, between pictures, and the line above each
+CELL, GAP, HEAD = 40, 16, 20  # units: a cell, between pictures, and a line above one
+_LINE_HIGH = 15
 _WIDTH = 760  # of a strip, at most
 _FLOOR, _LINE = "#f1e8d8", "#7d6b5d"
 _TINTS = ("#e8c7d2", "#c4dcc8", "#c9d6ea", "#eed9b4", "#d9cdea", "#bfe0dd")  # of places
@@ -40,16 +41,27 @@ class ListedPictures(PictureFiles):
     @cached_property
     def panels(self) -> tuple[Panel, ...]:
         """What viewers believe of each latent; first what the story asks, if that is none."""
-        usual = tuple(self._panel(latent) for latent in self.script.world.vocabulary.apart)
+        words, told = self.script.world.vocabulary, []
+        for name in words.apart:
+            if name not in words.rational.values():
+                title = words.latents[name].documentation or name
+                curves = self._curves(name)
+                told.append(Panel(title, "probability", curves, latent=name, question=title))
         sentence = self.drawing.sentence(self.script.world.spec)
-        return led(focus_of(self.script, usual, sentence).leading, usual)[:PANELS_MAX]
+        usual = led(focus_of(self.script, told, sentence).leading, tuple(told))
+        rational = [(who, name) for who, name in words.rational.items() if name in words.apart]
+        ask = lambda name: self.script.query(f"P({name} | script[:t])", assume="nothing")
+        minds = series_of((who, ask(name)) for who, name in rational)
+        if minds:
+            usual = (*usual, Panel("rationality", "probability", minds))
+        return usual[:PANELS_MAX]
 
-    def _panel(self, name: str) -> Panel:
-        latent = self.script.world.vocabulary.latents[name]
-        columns = self.script.ask(f"P({name} | script[:t])").columns()
-        curves = most_believed(list(columns), np.stack(list(columns.values())))
-        title = latent.documentation or name
-        return Panel(title, "probability", series_of(curves), latent=name, question=title)
+    def _curves(self, name: str) -> tuple[Series, ...]:
+        answer = self.script.ask(f"P({name} | script[:t])")
+        if answer.labels is None:
+            return series_of([("true", answer.value)])
+        columns = answer.columns()
+        return series_of(most_believed(list(columns), np.stack(list(columns.values()))))
 
     def comic(self) -> str:
         """The frames beside and below each other, each with what is done in it above."""
@@ -60,17 +72,22 @@ class ListedPictures(PictureFiles):
         """The same, and its width and height."""
         script, kind = self.script, kind_of(self.script.world.spec)
         words = script.world.vocabulary
-        wide, high = CELL * words.columns, CELL * words.rows + HEAD
+        head = HEAD + _LINE_HIGH * (len(words.characters) - 1)
+        wide, high = CELL * words.columns, CELL * words.rows + head
         across = max(1, min(script.length + 1, (_WIDTH - GAP) // (wide + GAP)))
         parts = []
         for t, state in enumerate(script.trajectory.states):
-            deed = kind.frame_in_words(script.world, script.trajectory, t) if t else "the start"
+            deeds = kind.frame_in_words(script.world, script.trajectory, t) if t else "the start"
             x, y = GAP + t % across * (wide + GAP), GAP + t // across * (high + GAP)
-            head = text_svg(0, 13, fitted(f"{t}  {deed}", 12, wide), 12)
+            lines = f"{t}  {deeds}".split(", ")
+            told = "".join(
+                text_svg(0, 13 + _LINE_HIGH * number, fitted(line, 12, wide), 12)
+                for number, line in enumerate(lines)
+            )
             picture = self.drawing.picture(script.world, state)
             parts.append(
-                f'<g transform="translate({x} {y})">{head}'
-                f'<g transform="translate(0 {HEAD})">{picture}</g></g>'
+                f'<g transform="translate({x} {y})">{told}'
+                f'<g transform="translate(0 {head})">{picture}</g></g>'
             )
         down = -(-(script.length + 1) // across)
         return "".join(parts), GAP + across * (wide + GAP), GAP + down * (high + GAP)
@@ -109,15 +126,16 @@ def _document(drawn: str, wide: int, high: int) -> str:
 class ListedDrawing(Drawing):
     files = ListedPictures
 
-    def figure(self, name: str, number: int) -> str:
+    def figure(self, name: str, number: int, short: str) -> str:
         """Somebody or something, as SVG around (0, 0) and at most 26 units wide and high.
 
         Args:
             number: its place among the characters and things.
+            short: so much of its name as tells it from the others.
         """
-        colour = COLORS[number % len(COLORS)]
-        letter = text_svg(0, 5, name[:1].upper(), 14, True, ' text-anchor="middle" fill="#fff"')
-        return f'<circle r="12" fill="{colour}"/>{letter}'
+        size, middle = {1: 14, 2: 11}.get(len(short), 9), ' text-anchor="middle" style="fill:#fff"'
+        label = text_svg(0, 0.36 * size, fitted(short, size, 22, True), size, True, middle)
+        return f'<circle r="12" fill="{COLORS[number % len(COLORS)]}"/>{label}'
 
     def picture(self, world: Any, state: Any) -> str:
         """A state as SVG, CELL units for each cell."""
@@ -138,10 +156,13 @@ class ListedDrawing(Drawing):
             x, y = CELL * (column + 0.5), CELL * (row + 1) - 4
             parts.append(text_svg(x, y, label, 9, more=middle))
         where = kind_of(world.spec).start_as_json(world, state)
+        places = list(where.values())
         for number, (name, (column, row)) in enumerate(where.items()):
-            x, y = CELL * (column + 0.5), CELL * row + 15
-            figure = self.figure(name, number)
-            parts.append(f'<g transform="translate({x:g} {y:g})">{figure}</g>')
+            here = places.count([column, row])
+            beside, size = places[:number].count([column, row]) - (here - 1) / 2, 1.5 / (here + 0.5)
+            x, y = CELL * (column + 0.5) + 27 * size * beside, CELL * row + 15
+            figure = self.figure(name, number, _short(name, where))
+            parts.append(f'<g transform="translate({x:g} {y:g}) scale({size:g})">{figure}</g>')
         return "".join(parts)
 
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> ListedPictures:
@@ -163,3 +184,10 @@ class ListedDrawing(Drawing):
             "    " + "".join(signs.get((c, r), " ") for c in range(words.columns)).rstrip()
             for r in range(words.rows)
         )
+
+
+def _short(name: str, names: Iterable[str]) -> str:
+    """The first letters of a name that no other begins with."""
+    others = [other for other in names if other != name]
+    ends = (n for n in range(1, len(name)) if not any(o.startswith(name[:n]) for o in others))
+    return name[: next(ends, len(name))].capitalize()

@@ -4,24 +4,23 @@ kind of two who act one after the other is held against loops."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import cache
 from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
+from alley_for_tests import ACTIONS, ALLEY, CELLS, Alley, AlleySpec
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.scope import Module
 from i2pdsl.language.typed import Act
-from i2pdsl.language.vocabulary import Latent, Value, Vocabulary
 from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.kind import Watch
-from i2pdsl.worlds.listed.kind import ListedKind, Picture
+from i2pdsl.worlds.listed.kind import Picture
 from i2pdsl.worlds.listed.script import frames_as_json, kept_in_words
-from i2pdsl.worlds.listed.words import STAY, ListedSpec, listed_vocabulary
+from i2pdsl.worlds.listed.words import STAY
 from i2pdsl.worlds.listed.world import ListedTables, ListedWorld
 from i2pdsl.worlds.record import Record, Trajectory, empty, extended
 from i2pdsl.worlds.turns import columns
@@ -148,58 +147,6 @@ def test_sharper_viewers_are_a_grids() -> None:
 # -------------------------------------------------------------------------------- a kind of two
 
 
-CELLS = [(0, 0), (1, 0), (2, 0)]
-STEPS = {"west": -1, "east": 1, STAY: 0}
-ACTIONS = {"ann": ("west", "east", STAY), "bob": (STAY, "east")}
-
-
-@dataclass(frozen=True)
-class AlleySpec(ListedSpec):
-    kind = "alley"
-    narrow: bool = True
-
-
-class Alley(ListedKind[AlleySpec]):
-    """Ann and Bob in an alley of three cells. Bob never goes back; a box lies in the middle."""
-
-    spec = AlleySpec
-
-    def vocabulary(self, spec: AlleySpec) -> Vocabulary:
-        return listed_vocabulary(
-            spec,
-            latents=[
-                Latent("G_ann", "symbol", ("first", "last")),
-                Latent("R_bob", "truth", (True, False)),
-            ],
-            actions=ACTIONS,
-            places={"first": CELLS[:1], "last": CELLS[-1:]},
-            cells=CELLS,
-            things=("box",),
-            rational={"bob": "R_bob"},
-        )  # fmt: skip
-
-    def states(self, spec: AlleySpec) -> Iterable[Picture]:
-        return [(a, b, CELLS[1]) for a, b in product(CELLS, CELLS)]
-
-    def step(self, spec: AlleySpec, state: Picture, who: str, action: str) -> Picture:
-        number = list(ACTIONS).index(who)
-        there = (state[number][0] + STEPS[action], 0)
-        if there not in CELLS or (spec.narrow and there == state[1 - number]):
-            return state
-        return (*state[:number], there, *state[number + 1 :])
-
-    def worth(
-        self, spec: AlleySpec, hypothesis: Mapping[str, Value], state: Picture, who: str
-    ) -> float:
-        if who == "bob":
-            return state[1][0] if hypothesis["R_bob"] else 0.0
-        return -abs(state[0][0] - (0 if hypothesis["G_ann"] == "first" else 2))
-
-    def begins(self, spec: AlleySpec, state: Picture) -> bool:
-        return state[0] != state[1]
-
-
-ALLEY = Alley()
 MODULE = Module(Source("none", ""))
 
 
@@ -337,3 +284,14 @@ def test_files_may_say_what_viewers_are_like() -> None:
     assert len(np.unique(ann.group)) == 2  # ann may want something else, whatever bob is like
     with pytest.raises(StoryError, match="`forgetting` must be between"):
         ALLEY.parse(Source("alley.world", "kind = alley\naudience\n    forgetting = 1\n"), "alley")
+
+
+def test_files_may_say_more() -> None:
+    text = "kind = alley\nplanning\n    width = wide\n"
+    spec = ALLEY.parse(Source("alley.world", text), "alley")
+    assert spec == AlleySpec("alley", text, narrow=False)
+    assert ALLEY.parse(Source("alley.world", "kind = alley\n"), "alley").narrow
+    wrong = "kind = alley\nplanning\n    width = broad\n    hight = 2\naudience\n    beta = x\n"
+    with pytest.raises(StoryError) as found:
+        ALLEY.parse(Source("alley.world", wrong), "alley")
+    assert [d.span.text for d in found.value.diagnostics] == ["broad", "hight", "x"]
