@@ -34,6 +34,11 @@ def kind_named(name: str) -> Kind:
     return found
 
 
+def drawing_named(name: str) -> Any:
+    """What draws a kind of the table (render/drawing.py)."""
+    return import_module(KINDS[name].drawing).DRAWING
+
+
 def kind_of(spec: Spec) -> Kind:
     """The kind of a world."""
     return kind_named(spec.kind)
@@ -77,4 +82,4 @@ def format_world(source: Source) -> str:
 
 def drawing_of(spec: Spec) -> Any:
     """What draws a kind of world (render/drawing.py)."""
-    return import_module(KINDS[spec.kind].drawing).DRAWING
+    return drawing_named(spec.kind)
