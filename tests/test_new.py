@@ -16,7 +16,7 @@ from i2pdsl.cli import DONE, USAGE, WRONG
 from i2pdsl.stories import load
 from i2pdsl.worlds.beginnings import Beginning
 from i2pdsl.worlds.find import builtin_worlds, find_spec
-from i2pdsl.worlds.kinds import kind_of
+from i2pdsl.worlds.kinds import beginnings_of
 from stories_for_tests import story
 
 EVERY = [(called, b) for called, each in table().items() for b in each.ways]
@@ -65,7 +65,7 @@ def test_each_built_in_world_has_a_story_to_begin_with(i2p: Run, place: Path) ->
         spec = find_spec(world)
         assert spec is not None
         fitting = 0
-        for beginning in kind_of(spec).beginnings().ways:
+        for beginning in beginnings_of(spec).ways:
             name = f"{world}-{beginning.name}"
             done = i2p("new", name, "--world", world, "--pattern", beginning.name)
             if done.status == DONE:

@@ -20,7 +20,7 @@ from i2pdsl.library.fits import example_call, uses_of
 from i2pdsl.worlds.beginnings import Beginning, Beginnings, holes_of
 from i2pdsl.worlds.find import vocabulary_of
 from i2pdsl.worlds.kind import Spec
-from i2pdsl.worlds.kinds import kind_of, parse_world
+from i2pdsl.worlds.kinds import beginnings_of, kind_of, parse_world
 
 _START = "start "
 _WIDTH = 96  # characters of a line of a comment
@@ -47,7 +47,7 @@ class Place:
 
     @cached_property
     def beginnings(self) -> Beginnings:
-        return kind_of(self.spec).beginnings()
+        return beginnings_of(self.spec)
 
     @property
     def reference(self) -> str:

@@ -10,11 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources.abc import Traversable
 from string import Formatter
+from typing import TYPE_CHECKING
 
-from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.hypotheses import Minded, attitudes_of, goal_of
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+    from i2pdsl.language.vocabulary import Vocabulary
+    from i2pdsl.worlds.hypotheses import Minded
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ def roles_among(
         minds: its characters, as far as they may care about each other.
         first: `helper` or `helped`: which of the two is the `actor`, if both want something.
     """
+    from i2pdsl.worlds.hypotheses import attitudes_of, goal_of
+
     places = {
         who: [str(v) for v in words.latents[goal_of(who)].values if v in words.places]
         for who in words.characters

@@ -13,7 +13,7 @@ from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_fil
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.beginnings import Beginnings, roles_among
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.blocks import Syntax
 from i2pdsl.worlds.drawings import Files
 
@@ -220,13 +220,8 @@ class Kind(ABC):
         """What is odd about it, or about a story in it, without being a mistake."""
         return ()
 
-    def beginnings(self) -> Beginnings:
-        """What stories in such worlds can begin as (`i2p new`); any standard pattern will do where
-        that is nothing."""
-        return Beginnings()
-
     def roles(self, spec: Any, words: Vocabulary) -> dict[str, str]:
-        """The holes of beginnings that a world can fill, and with what."""
+        """The holes of beginnings (worlds/beginnings.py) that a world can fill, and with what."""
         return roles_among((), words)
 
     def has_same_rules(self, one: Any, other: Any) -> bool:

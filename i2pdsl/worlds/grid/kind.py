@@ -13,7 +13,7 @@ from i2pdsl.errors import Diagnostic, Source, error, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.beginnings import Beginnings, roles_among
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
 from i2pdsl.worlds.grid.cost import is_plainly_brief
@@ -100,11 +100,6 @@ class GridKind(Kind):
         if story is None:
             return goal_warnings(spec, where) + told
         return goal_warnings(spec, where, story.start, story.length) + told
-
-    def beginnings(self) -> Beginnings:
-        from i2pdsl.worlds.grid.beginnings import BEGINNINGS
-
-        return BEGINNINGS
 
     def roles(self, spec: GridSpec, words: Vocabulary) -> dict[str, str]:
         return roles_among(spec.characters, words)

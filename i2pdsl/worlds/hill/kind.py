@@ -10,7 +10,6 @@ from i2pdsl.errors import Source, StoryError, error, first_of, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary, show_value
-from i2pdsl.worlds.beginnings import Beginnings
 from i2pdsl.worlds.blocks import BlockReader, Syntax
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.hill.spec import NAME, HillSpec
@@ -55,11 +54,6 @@ class HillKind(Kind):
             f"character {HOPPER}: six muscles; it pulls",
             f"object {BOX}: on a rope",
         ]
-
-    def beginnings(self) -> Beginnings:
-        from i2pdsl.worlds.hill.beginnings import BEGINNINGS
-
-        return BEGINNINGS
 
     def roles(self, spec: HillSpec, words: Vocabulary) -> dict[str, str]:
         """What the box may weigh."""

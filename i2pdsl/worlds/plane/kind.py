@@ -10,7 +10,7 @@ from i2pdsl.errors import Diagnostic, Source, whole_file
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary, show_value
-from i2pdsl.worlds.beginnings import Beginnings, roles_among
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.kind import Kind, Watch
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
@@ -102,11 +102,6 @@ class PlaneKind(Kind):
                     span = whole_file(where)
                     found.append(Diagnostic("world-goal", message, span, severity="warning"))
         return tuple(found)
-
-    def beginnings(self) -> Beginnings:
-        from i2pdsl.worlds.plane.beginnings import BEGINNINGS
-
-        return BEGINNINGS
 
     def roles(self, spec: PlaneSpec, words: Vocabulary) -> dict[str, str]:
         """Who has an attitude counts mostly the other's fortune: nothing else keeps it to its goal,
