@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -87,7 +86,7 @@ class KindOfWorld(click.ParamType):
 
     name = "kind"
 
-    @cached_property
+    @property
     def _choice(self) -> click.Choice[str]:
         from i2pdsl.beginnings.table import table
 
