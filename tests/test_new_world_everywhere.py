@@ -45,7 +45,7 @@ def begins(place: Path, monkeypatch: pytest.MonkeyPatch) -> Beginning:
     way = Beginning("stroll", "{actor} strolls to {here}", "legible", 5, (line,))
     module = ModuleType("corridor_beginnings")
     more = (("what must be seen", "require eventually [at({actor}, {here})]"),)
-    module.BEGINNINGS = Beginnings("corridor", (way,), more, template=place / "hall.world")  # type: ignore[attr-defined]
+    module.BEGINNINGS = Beginnings("corridor", (way,), more, template=place / "hall.world")
     monkeypatch.setitem(sys.modules, "corridor_beginnings", module)
     known = KINDS["corridor"]
     monkeypatch.setitem(
