@@ -107,7 +107,7 @@ def draw_more(allowed: np.ndarray, drawn: np.ndarray, effort: int, seed: int) ->
 
 class Search(Protocol):
     """A way to look for the script of a story. The settings that a story gives it, and the worlds
-    that it can search, are those of its name in language/settings.py.
+    that it can search, are those of its name in language/methods.py.
 
     Attributes:
         offers_all: whether all that it finds are candidates, as each came from elsewhere;

@@ -168,6 +168,8 @@ class Refuses:
     def __init__(self, problem: BaseException):
         self.problem = problem
 
+    takes_effort = True
+
     def solve(self, *_: Any) -> Any:
         raise self.problem
 
@@ -195,6 +197,8 @@ def test_all_searches_together_are_one(torn: Story, found: Result) -> None:
     starts = []
 
     class Counts:
+        takes_effort = True
+
         def solve(self, task: Any, *rest: Any) -> Any:
             starts.append((task.story.search.starts, task.only))
             return search_of(task.story).solve(task, *rest)
