@@ -165,10 +165,10 @@ def test_frames_that_hurt_are_the_fewest_that_make_half(
 class Refuses:
     """A search that must not be used, or that is interrupted."""
 
+    takes_effort = True
+
     def __init__(self, problem: BaseException):
         self.problem = problem
-
-    takes_effort = True
 
     def solve(self, *_: Any) -> Any:
         raise self.problem
@@ -251,5 +251,5 @@ def test_what_is_possible_is_looked_for_no_longer_than_a_minute(
         monkeypatch.setattr(wishes_module, "PATIENCE", long / share)
         assert wishes_module._affordable(task) == afforded
     monkeypatch.setattr(wishes_module, "PATIENCE", long / 24.1)
-    alone = wishes_module._alone(task, 1).story.search
+    alone = wishes_module._alone(task, 1, search_of(task.story)).story.search
     assert (alone.starts, alone.polish) == (9, 0)  # a third of the 29
