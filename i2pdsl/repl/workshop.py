@@ -23,7 +23,7 @@ from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import Desk, State, Suggestion
 from i2pdsl.scripts import Script, script_from, script_of
 from i2pdsl.search.searches import search_of, without_requirements
-from i2pdsl.search.task import Task, draw_starts
+from i2pdsl.search.task import Task
 from i2pdsl.stories import Story
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
@@ -334,9 +334,8 @@ def story_of(typed: TypedStory, program: Program) -> Story:
 
 
 def first_picture(world: World, story: Story) -> Trajectory:
-    """A script of no frames: the first picture that the story allows, drawn with seed 0."""
-    allowed = Task(story.typed, world, Watch()).starts
-    return empty(world, draw_starts(allowed, 1, 0)[0])
+    """A script of no frames: a first picture that the story allows."""
+    return empty(world, Task(story.typed, world, Watch()).first)
 
 
 def _script(state: State, world: World, path: Trajectory) -> Script:

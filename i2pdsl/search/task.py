@@ -66,6 +66,13 @@ class Task:
         return allowed[breaks == breaks.min()]
 
     @property
+    def first(self) -> np.ndarray:
+        """Where a script begins that nobody searches for: bodies where their file has them
+        if it may be so, others anywhere (drawn with seed 0). Raises StoryError."""
+        listed = self.story.vocabulary.enumerable
+        return draw_starts(self.starts, 1, 0)[0] if listed else self.starts[0]
+
+    @property
     def events(self) -> tuple[int, ...]:
         """The events that the story allows, in the world's numbers."""
         return self.world.events(self.story.allow)
