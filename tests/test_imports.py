@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
+
+from i2pdsl.worlds.kinds import KINDS
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "i2pdsl"
@@ -18,9 +22,40 @@ FILES = {
 }
 
 
-def imported(path: Path) -> Iterator[str]:
+class Said(NamedTuple):
+    """What a module says: the modules of ours that it imports, its strings, of what it reads a
+    `kind`, the arguments that are a Spec, and its comparisons, each with the strings in it."""
+
+    imports: set[str]
+    strings: list[str]
+    kinds_of: list[str]
+    specs: set[str]
+    compared: list[tuple[set[str], str]]
+
+
+@cache  # to parse all modules takes seconds, and their trees much memory
+def said(text: str) -> Said:
+    tree = ast.parse(text)
+    found = Said(set(imported(tree)), [], [], set(), [])
+    for node in ast.walk(tree):
+        match node:
+            case ast.Constant(value=str(value)):
+                found.strings.append(value)
+            case ast.Attribute(attr="kind"):
+                found.kinds_of.append(ast.unparse(node.value))
+            case ast.arg(annotation=ast.expr() as of) if re.search(r"\bSpec\b", ast.unparse(of)):
+                found.specs.add(node.arg)
+            case ast.Compare() | ast.MatchValue():
+                values = (n.value for n in ast.walk(node) if isinstance(n, ast.Constant))
+                strings = {value for value in values if isinstance(value, str)}
+                if strings:
+                    found.compared.append((strings, ast.unparse(node)))
+    return found
+
+
+def imported(tree: ast.AST) -> Iterator[str]:
     """The modules of ours that a module imports anywhere, but for the names of types alone."""
-    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    waiting = [tree]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
@@ -39,7 +74,11 @@ def imported(path: Path) -> Iterator[str]:
 @cache
 def graph() -> dict[str, set[str]]:
     """Which modules import which."""
-    return {name: {m for m in imported(path) if m != name} for name, path in FILES.items()}
+    return {name: said_by(name).imports - {name} for name in FILES}
+
+
+def said_by(name: str) -> Said:
+    return said(FILES[name].read_text(encoding="utf-8"))
 
 
 # From below to above; what is not listed stands beside the room that it is named after.
@@ -95,8 +134,6 @@ def test_imports_run_down() -> None:
 
 def test_kinds_of_worlds_know_nothing_of_each_other() -> None:
     """A kind is its folder below worlds/ and its folder below render/; nobody else names one."""
-    from i2pdsl.worlds.kinds import KINDS
-
     wrong = []
     for name, others in sorted(graph().items()):
         for kind in KINDS:
@@ -132,3 +169,76 @@ def test_no_search_is_asked_for_its_name() -> None:
         if isinstance(part, ast.Constant) and part.value in METHODS
     ]
     assert asked == []
+
+
+# Strings of scripts, but for a class of a style sheet: `{ class: "grid" }` names lines.
+_STRING = re.compile(r"""(?<!\bclass: )(["'`])((?:(?!\1)[^\\]|\\.)*)\1""", re.DOTALL)
+
+
+def strings_in(text: str, suffix: str) -> list[str]:
+    """The strings of a module or of a script."""
+    return said(text).strings if suffix == ".py" else [f[2] for f in _STRING.finditer(text)]
+
+
+def kinds_named(text: str, suffix: str) -> set[str]:
+    """The kinds that a text names, by themselves or as a folder."""
+    names = "|".join(map(re.escape, KINDS))
+    named = re.compile(rf"(?:\S*[./])?({names})(?:[./]\S*)?")
+    return {found[1] for s in strings_in(text, suffix) if (found := named.fullmatch(s))}
+
+
+def specs_asked(text: str) -> list[str]:
+    """Where a module reads the kind of a world's spec: of what is called so, or said to be one."""
+    found = said(text)
+    return [of for of in found.kinds_of if of in found.specs or re.search(r"\bspec$", of)]
+
+
+@pytest.mark.parametrize(
+    ("text", "suffix", "found"),
+    [
+        ('if spec.kind == "hill": pass', ".py", {"hill"}),
+        ('x = {"grid": 1, "plane": f"plane/{1}.js"}', ".py", {"grid", "plane"}),
+        ('"""A grid, and a plane."""\nx = "on the hill", "grids"', ".py", set()),
+        ("if (world.kind === 'grid') draw(`render/hill/hill.js`);", ".js", {"grid", "hill"}),
+        ('s("path", { class: "grid", d: `M0 ${y}` })', ".js", set()),
+        ('if world["kind"] == "hill":  # on the plane', ".gd", {"hill"}),
+    ],
+)
+def test_names_of_kinds_are_found(text: str, suffix: str, found: set[str]) -> None:
+    assert kinds_named(text, suffix) == found
+
+
+def test_one_table_names_the_kinds() -> None:
+    """Nobody else does, but for a kind's own folders."""
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*")):
+        if path.suffix not in (".py", ".js", ".gd"):
+            continue
+        place, text = path.relative_to(PACKAGE), path.read_text(encoding="utf-8")
+        own = place.parts[1] if place.parts[0] in ("worlds", "render") else ""
+        wrong += [f"{place} names {kind}" for kind in kinds_named(text, path.suffix) - {own}]
+    assert sorted(wrong) == sorted(f"worlds/kinds.py names {kind}" for kind in KINDS)
+
+
+def test_the_table_alone_asks_worlds_for_their_kind() -> None:
+    """A page is told it, too, to show it; a drawing may hold the kinds of several scripts against
+    each other."""
+    asked = {
+        name.removeprefix("i2pdsl.")
+        for name, path in FILES.items()
+        if specs_asked(path.read_text(encoding="utf-8"))
+    }
+    assert asked == {"worlds.kinds", "studio.worlds", "render.hill.drawing"}
+    assert specs_asked("def f(one: Spec, two: int): return one.kind == two.kind") == ["one"]
+
+
+def test_no_shared_module_knows_a_world_by_its_name() -> None:
+    names = {path.stem for path in (ROOT / "stories" / "worlds").glob("*.world")}
+    asked = [
+        f"{name}: {compared}"
+        for name in FILES
+        for strings, compared in said_by(name).compared
+        if strings & names
+    ]
+    # A kitchen of a grid is drawn after its name, as its tiles are after theirs.
+    assert asked == ["i2pdsl.render.grid.stage: 'kitchen' in self.name.lower()"]

@@ -87,7 +87,7 @@ class Workshop:
         new = _story(state).spec
         if not len(state.path.actions):
             return replace(state, path=None), ()
-        if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
+        if kind_of(old) is kind_of(new) and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
         return replace(state, path=None, score=None, is_owed=False, kept=None), (gone,)

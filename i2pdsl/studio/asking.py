@@ -218,11 +218,7 @@ def kept(made: Made, first: int, last: int, write: Callable[[], str]) -> list[st
 
 def first_picture(made: Made) -> str:
     """A condition that describes the first picture of a film."""
-    script, words = made.script, made.script.world.vocabulary
-    if not words.enumerable:
+    told = kind_of(made.script.world.spec).begun(made.script.record)
+    if not told:
         raise Refusal(REFUSED, "in this world stories have no words for the first picture")
-    told = [
-        f"absent({name})" if cell is None else f"at({name}, ({cell[0]}, {cell[1]}))"
-        for name, cell in script.record.start.items()
-    ]
-    return " and ".join(told)
+    return told

@@ -37,6 +37,11 @@ class HillDrawing(Drawing):
         alone = title if len(scripts) == 1 else None
         return HillPictures([performance_of(s, alone) for s in scripts], title)
 
+    def page_script(self) -> str:
+        from i2pdsl.render.hill.page import SCRIPT
+
+        return SCRIPT
+
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         from i2pdsl.render.hill.page import alone
         from i2pdsl.render.hill.told import performance_of
