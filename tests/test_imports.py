@@ -173,6 +173,23 @@ def test_nobody_asks_which_kind_a_world_is() -> None:
     assert asked == []
 
 
+def test_no_search_is_asked_for_its_name() -> None:
+    """What a search can do its entry in language/methods.py says, or it itself."""
+    from i2pdsl.language.methods import METHODS
+    from i2pdsl.search.searches import SEARCHES
+
+    assert list(METHODS) == list(SEARCHES)
+    asked = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in FILES.values()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Compare)
+        for part in (node.left, *node.comparators)
+        if isinstance(part, ast.Constant) and part.value in METHODS
+    ]
+    assert asked == []
+
+
 # Strings of scripts, but for a class of a style sheet: `{ class: "grid" }` names lines.
 _STRING = re.compile(r"""(?<!\bclass: )(["'`])((?:(?!\1)[^\\]|\\.)*)\1""", re.DOTALL)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
-from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.statements import check_text
 from i2pdsl.language.vocabulary import ASKED
 from i2pdsl.worlds.blocks import Block, header
