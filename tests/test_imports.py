@@ -23,8 +23,9 @@ FILES = {
 
 
 class Said(NamedTuple):
-    """What a module says: the modules of ours that it imports, its strings, of what it reads a
-    `kind`, the arguments that are a Spec, and its comparisons, each with the strings in it."""
+    """What a module says: the modules of ours that it imports, its strings, of what it compares a
+    `kind` or looks something up by it, the arguments that are a Spec, and its comparisons, each
+    with the strings in it."""
 
     imports: set[str]
     strings: list[str]
@@ -41,8 +42,6 @@ def said(text: str) -> Said:
         match node:
             case ast.Constant(value=str(value)):
                 found.strings.append(value)
-            case ast.Attribute(attr="kind"):
-                found.kinds_of.append(ast.unparse(node.value))
             case ast.arg(annotation=ast.expr() as of) if re.search(r"\bSpec\b", ast.unparse(of)):
                 found.specs.add(node.arg)
             case ast.Compare() | ast.MatchValue():
@@ -50,7 +49,27 @@ def said(text: str) -> Said:
                 strings = {value for value in values if isinstance(value, str)}
                 if strings:
                     found.compared.append((strings, ast.unparse(node)))
+        found.kinds_of.extend(
+            ast.unparse(each.value)
+            for asked in decided_by(node)
+            for each in ast.walk(asked)
+            if isinstance(each, ast.Attribute) and each.attr == "kind"
+        )
     return found
+
+
+def decided_by(node: ast.AST) -> list[ast.expr]:
+    """What a comparison, a choice or a look-up depends on."""
+    match node:
+        case ast.Compare():
+            return [node.left, *node.comparators]
+        case ast.Match():
+            return [node.subject]
+        case ast.Subscript():
+            return [node.slice]
+        case ast.Call(func=ast.Attribute()):  # `names.get(spec.kind)`
+            return node.args
+    return []
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
@@ -188,7 +207,8 @@ def kinds_named(text: str, suffix: str) -> set[str]:
 
 
 def specs_asked(text: str) -> list[str]:
-    """Where a module reads the kind of a world's spec: of what is called so, or said to be one."""
+    """Where a module decides by the kind of a world's spec: of what is called so, or said to be
+    one."""
     found = said(text)
     return [of for of in found.kinds_of if of in found.specs or re.search(r"\bspec$", of)]
 
@@ -220,16 +240,24 @@ def test_one_table_names_the_kinds() -> None:
     assert sorted(wrong) == sorted(f"worlds/kinds.py names {kind}" for kind in KINDS)
 
 
-def test_the_table_alone_asks_worlds_for_their_kind() -> None:
-    """A page is told it, too, to show it; a drawing may hold the kinds of several scripts against
-    each other."""
-    asked = {
-        name.removeprefix("i2pdsl.")
-        for name, path in FILES.items()
-        if specs_asked(path.read_text(encoding="utf-8"))
-    }
-    assert asked == {"worlds.kinds", "studio.worlds", "render.hill.drawing"}
-    assert specs_asked("def f(one: Spec, two: int): return one.kind == two.kind") == ["one"]
+def test_nobody_decides_by_the_kind_of_a_world() -> None:
+    asked = {name for name in FILES if specs_asked(FILES[name].read_text(encoding="utf-8"))}
+    assert asked == set()
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("one.kind == two.kind", ["one"]),
+        ("{}[world.spec.kind]", ["world.spec"]),
+        ("CALLED.get(spec.kind, 0)", ["spec"]),
+        ("two.kind == 1, [spec.kind], kind_named(spec.kind)", []),
+    ],
+)
+def test_decisions_by_kinds_are_found(line: str, found: list[str]) -> None:
+    assert (
+        specs_asked(f"def f(one: Spec | None, two: int, spec, world):\n    return {line}") == found
+    )
 
 
 def test_no_shared_module_knows_a_world_by_its_name() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from commands_for_tests import Run
 from i2pdsl.cli import DONE, USAGE, WRONG
+from i2pdsl.commands.patterns import catalogued
 from i2pdsl.errors import StoryError
 from i2pdsl.library import catalogue
 from i2pdsl.library.films import pack_film, read_film
@@ -23,7 +24,7 @@ from i2pdsl.stories import Story, load
 from i2pdsl.studio.begin import begun, ways
 from i2pdsl.studio.folder import Folder
 from i2pdsl.worlds.beginnings import Beginning, Beginnings
-from i2pdsl.worlds.kinds import KINDS, Place, drawing_named
+from i2pdsl.worlds.kinds import KINDS, Place, drawing_named, kind_named
 from test_new_world import hall  # noqa: F401
 
 SCRIPT = "corridor/corridor.js"
@@ -148,6 +149,14 @@ def test_a_film_is_kept_in_a_catalogue(place: Path, moved: None) -> None:
     assert "a corridor's stage" in player
     assert f'"{SCRIPT}": make0' in player
     assert allowed.startswith("'sha256-")
+
+
+def test_a_kind_says_where_a_catalogue_shows_patterns(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert catalogued() == ["kitchen", "hill"]
+    monkeypatch.setattr(type(kind_named("corridor")), "catalogued", ("hall",))
+    assert catalogued() == ["kitchen", "hill", "hall"]
 
 
 def test_a_film_that_nothing_moves_is_not(place: Path) -> None:
