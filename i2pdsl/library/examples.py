@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 from i2pdsl.errors import Source, StoryError, error, shorten, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.kinds import used_names
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.packed import LARGEST, SUFFIX, write_contents
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import standard_library
-from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library.curves import Curves, decisive_curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary

@@ -14,6 +14,7 @@ from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.blocks import Syntax
 from i2pdsl.worlds.drawings import Files
 
@@ -145,11 +146,13 @@ class Kind(ABC):
         suggested: the frames that the REPL's `suggest` adds without a number, and at most.
         acts_by_hypothesis: whether what a hypothesis says decides how characters act, so that
             the naive must be given one.
+        catalogued: the built-in worlds in which a catalogue shows patterns, if none is named.
     """
 
     syntax: ClassVar[Syntax]
     suggested: ClassVar[tuple[int, int]]
     acts_by_hypothesis: ClassVar[bool] = True
+    catalogued: ClassVar[tuple[str, ...]] = ()
 
     # As data: no arrays, no JAX.
 
@@ -218,6 +221,10 @@ class Kind(ABC):
         """What is odd about it, or about a story in it, without being a mistake."""
         return ()
 
+    def roles(self, spec: Any, words: Vocabulary) -> dict[str, str]:
+        """The holes of beginnings (worlds/beginnings.py) that a world can fill, and with what."""
+        return roles_among((), words)
+
     def has_same_rules(self, one: Any, other: Any) -> bool:
         """Whether what can happen is the same in two worlds: only what viewers expect differs."""
         return bool(one == other)
@@ -284,6 +291,11 @@ class Kind(ABC):
             message = f"where somebody is does not say all of a state {world.vocabulary.where}"
             raise error("positions", message, table.place)
         return inferred_turns(self, world, table)
+
+    def begun(self, record: Record) -> str:
+        """A condition that describes the first picture of a script; empty where stories have no
+        words for it."""
+        return ""
 
     def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
         """Statements that pin frames `first`..`last` of a script as they are, or where bodies move

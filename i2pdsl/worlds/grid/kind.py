@@ -14,6 +14,7 @@ from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
 from i2pdsl.worlds.grid.cost import is_plainly_brief
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 class GridKind(Kind):
     syntax = SYNTAX
     suggested = (1, 20)
+    catalogued = ("kitchen",)
 
     def parse(self, source: Source, name: str, files: Files | None = None) -> GridSpec:
         return parse_world(source, name, files)
@@ -100,6 +102,9 @@ class GridKind(Kind):
             return goal_warnings(spec, where) + told
         return goal_warnings(spec, where, story.start, story.length) + told
 
+    def roles(self, spec: GridSpec, words: Vocabulary) -> dict[str, str]:
+        return roles_among(spec.characters, words)
+
     def has_same_rules(self, one: GridSpec, other: GridSpec) -> bool:
         return replace(one, settings=other.settings) == other
 
@@ -149,6 +154,11 @@ class GridKind(Kind):
         from i2pdsl.worlds.grid.script import state_as_json
 
         return state_as_json(world.spec, world.dynamics, int(state))
+
+    def begun(self, record: Record) -> str:
+        from i2pdsl.worlds.grid.script import placed_in_words
+
+        return " and ".join(placed_in_words(name, at) for name, at in record.start.items())
 
     def kept(self, world: GridWorld, path: Trajectory, first: int, last: int) -> list[str]:
         from i2pdsl.worlds.grid.script import kept_in_words
