@@ -219,7 +219,7 @@ class Settings:
         values = dict(self.read(tuple(own), PARTICLES, "audience particles"))
         rest = tuple(a for a in arguments if a not in own)
         observer = self.observer(rest, "audience particles", PARTICLES)
-        if not words.enumerable:
+        if not words.holds_particles:
             message = f"{words.where} all hypotheses are held: there are few of them"
             self.problem("audience", message, name.span, "write `bayesian`")
         told = {k: v if k == "least" else int(v) for k, v in values.items()}  # type: ignore[arg-type]

@@ -187,6 +187,7 @@ class Vocabulary:
             object, and the latent that holds what it takes that to be, or where.
         counts: where all hypotheses are too many to be listed, those of them that each of
             `hypotheses` stands for: all in which the latents of `kept` have these values.
+        holds_particles: whether viewers may hold some hypotheses instead of all.
         factors: where viewers can hold all of these by factors, the latents of those whom others
             model, and of each other character (audience/factors.py); `factor_sizes` are theirs.
     """
@@ -224,6 +225,7 @@ class Vocabulary:
     kept: frozenset[str] = frozenset()
     factors: tuple[frozenset[str], ...] = ()
     factor_sizes: FactorSizes | None = None
+    holds_particles: bool = True
 
     @cached_property
     def even(self) -> tuple[float, ...]:

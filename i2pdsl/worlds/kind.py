@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
@@ -327,6 +328,10 @@ class Kind(ABC):
         return True
 
     # By hand.
+
+    @abstractmethod
+    def play(self, words: Vocabulary) -> Word:
+        """What `play` is in one of its worlds: how it is written, what it does, an example."""
 
     @abstractmethod
     def played(

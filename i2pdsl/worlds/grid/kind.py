@@ -10,6 +10,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
@@ -175,21 +176,11 @@ class GridKind(Kind):
         return GridReader(world, record).read()
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
-        """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
-        (missing where it is absent or carried), and the event."""
-        found: dict[str, tuple[list[Any], str]] = {}
-        frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
-        for who in words.characters:
-            turns = [frame.get(who) or {} for frame in frames]
-            found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
-            found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
-        for thing in (*words.characters, *words.things):
-            states = [frame["state"].get(thing) for frame in frames]
-            places = [(None, None) if s is None or isinstance(s, str) else s for s in states]
-            for axis, name in enumerate(("column", "row")):
-                found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
-        found["event"] = [_event(frame.get("event")) for frame in frames], "string"
-        return found
+        """Those of what is done (worlds/turns.py), and the event."""
+        from i2pdsl.worlds.turns import columns
+
+        events = [None, *(_event(frame.get("event")) for frame in record.frames)]
+        return {**columns(words, record), "event": (events, "string")}
 
     def naive(
         self,
@@ -217,15 +208,20 @@ class GridKind(Kind):
 
     # By hand.
 
+    def play(self, words: Vocabulary) -> Word:
+        from i2pdsl.worlds.turns import play
+
+        return play(words)
+
     def played(
         self, world: GridWorld, module: Module, path: Trajectory, typed: str
     ) -> tuple[Trajectory, str]:
-        from i2pdsl.worlds.grid.play import played
+        from i2pdsl.worlds.turns import played
 
         return played(world, module, path, typed)
 
     def options(self, words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
-        from i2pdsl.worlds.grid.play import options
+        from i2pdsl.worlds.turns import options
 
         return options(words, before)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Source, StoryError, error, first_of, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary, show_value
@@ -166,6 +167,10 @@ class HillKind(Kind):
         return float(apart.mean() / APART)
 
     # By hand.
+
+    def play(self, words: Vocabulary) -> Word:
+        about = "adds so many frames of what the hopper does by itself"
+        return Word("play", "play N", about, "play 50")
 
     def played(
         self, world: HillWorld, module: Module, path: Trajectory, typed: str

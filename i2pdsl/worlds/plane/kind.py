@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary, show_value
@@ -187,6 +188,11 @@ class PlaneKind(Kind):
         return alone or bool(world.feature(world.tables, "touching", (0, 1), states).any())
 
     # By hand.
+
+    def play(self, words: Vocabulary) -> Word:
+        from i2pdsl.worlds.plane.play import play
+
+        return play(words)
 
     def played(
         self, world: PlaneWorld, module: Module, path: Trajectory, typed: str
