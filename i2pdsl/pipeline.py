@@ -14,6 +14,7 @@ from i2pdsl.errors import Source, StoryError, error, whole_file
 from i2pdsl.keeping import kept_of
 from i2pdsl.language import ast
 from i2pdsl.language.check import Library, TypedStory, check_source
+from i2pdsl.language.methods import usual_method
 from i2pdsl.language.override import override
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.results import Choice, Result, chosen, chosen_of_lengths
@@ -48,7 +49,7 @@ def typed(
 def overridden(source: Source, settings: Iterable[tuple[str, str]], words: Vocabulary) -> Source:
     """A story's text with some of its values replaced. Raises StoryError."""
     for name, value in settings:
-        source = override(source, name, value, tuple(words.settings), words.search)
+        source = override(source, name, value, tuple(words.settings), usual_method(words))
     return source
 
 

@@ -15,6 +15,7 @@ from i2pdsl import pipeline
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.check import TypedStory, check_source
+from i2pdsl.language.methods import has_audience
 from i2pdsl.language.statements import read_source
 from i2pdsl.objective.wishes import Wish, doubts
 from i2pdsl.results import Choice, Result
@@ -267,7 +268,7 @@ class Story(Shown):
 
         Raises StoryError as `solve` does, and KeyboardInterrupt.
         """
-        looks = not naive and self.typed.search.method != "naive"
+        looks = not naive and has_audience(self.typed.search.method)
         search = search_of(self.typed) if looks else None
         task = self.task(watch)
         task = replace(task, story=self.typed.of_length(script.length))

@@ -881,6 +881,30 @@ def test_completion(place: Path) -> None:
     assert completions("i2p run he", place) == ["file,he"]
     assert completions("i2p completion b", place) == ["plain,bash"]
     assert completions("i2p new x --pattern betr", place) == ["plain,betrayal"]
+    assert completions("i2p new x --kind ", place) == ["plain,map", "plain,plane", "plain,hill"]
+
+
+@pytest.mark.parametrize("line", ["i2p new --ki", "i2p new --kind ", "i2p new x --pattern betr"])
+def test_completion_of_new_reads_little(line: str, place: Path) -> None:
+    """Neither the language nor a kind of world, nor what either needs."""
+    code = (
+        "import sys\nfrom i2pdsl.cli import main\n"
+        "try:\n    main()\nfinally:\n    print(*sys.modules, file=sys.stderr)"
+    )
+    words = line.split(" ")
+    asked = {
+        "_I2P_COMPLETE": "bash_complete",
+        "COMP_WORDS": line,
+        "COMP_CWORD": f"{len(words) - 1}",
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | asked,
+        cwd=place, check=True,
+    )  # fmt: skip
+    assert "plain," in done.stdout
+    read = set(done.stderr.split())
+    assert "i2pdsl.commands.new" in read
+    assert not read & {"numpy", "jax", "scipy", "lark", "i2pdsl.language", "i2pdsl.worlds.kind"}
 
 
 def test_completion_in_bash(place: Path) -> None:

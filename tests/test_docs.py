@@ -41,8 +41,8 @@ from i2pdsl.describe import shown_value
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.builtins import FORMS, FUNCTIONS, STATEMENTS
 from i2pdsl.language.check import Library, TypedStory, check_query, check_source
+from i2pdsl.language.methods import METHODS
 from i2pdsl.language.scope import Module
-from i2pdsl.language.settings import SEARCH_SETTINGS
 from i2pdsl.language.vocabulary import ASKED, Setting
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.session import Session as Lines
@@ -272,7 +272,7 @@ TABLES = {
     "settings": settings_table,
     "elsewhere": elsewhere_table,
     "hill": lambda: rows_of(hill_vocabulary(HillSpec()).settings.values()),
-    "descend": lambda: rows_of(SEARCH_SETTINGS["descend"]),
+    "descend": lambda: rows_of(METHODS["descend"].continuous),
 }
 
 

@@ -12,13 +12,15 @@ import pytest
 
 from commands_for_tests import Run
 from fuzz_for_tests import FULL
-from i2pdsl.beginnings.table import BEGINNINGS, KINDS, Beginning
+from i2pdsl.beginnings.table import table
 from i2pdsl.cli import DONE, USAGE, WRONG
 from i2pdsl.stories import load
+from i2pdsl.worlds.beginnings import Beginning
 from i2pdsl.worlds.find import builtin_worlds, find_spec
+from i2pdsl.worlds.kinds import beginnings_of
 from stories_for_tests import story
 
-EVERY = [(kind, b) for kind in KINDS for b in BEGINNINGS[kind]]
+EVERY = [(called, b) for called, each in table().items() for b in each.ways]
 
 
 @pytest.fixture(autouse=True)
@@ -63,9 +65,8 @@ def test_each_built_in_world_has_a_story_to_begin_with(i2p: Run, place: Path) ->
     for world in builtin_worlds() if FULL else ("hill", "house", "kitchen", "meadow"):
         spec = find_spec(world)
         assert spec is not None
-        kind = {"grid": "map"}.get(spec.kind, spec.kind)
         fitting = 0
-        for beginning in BEGINNINGS[kind]:
+        for beginning in beginnings_of(spec).ways:
             name = f"{world}-{beginning.name}"
             done = i2p("new", name, "--world", world, "--pattern", beginning.name)
             if done.status == DONE:

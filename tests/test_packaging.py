@@ -53,7 +53,7 @@ def files_of(folder: str, *suffixes: str) -> set[str]:
 def test_the_wheel_holds_everything(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    wanted = files_of("i2pdsl", ".py", ".svg", ".html", ".css", ".js", ".gd")
+    wanted = files_of("i2pdsl", ".py", ".svg", ".html", ".css", ".js", ".gd", ".world")
     wanted |= {f"i2pdsl/data/{f}" for f in files_of("grammar", ".lark")}
     wanted |= {f"i2pdsl/data/{f}" for f in files_of("stories", ".story", ".world")}
     assert "i2pdsl/data/grammar/story.lark" in wanted

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from i2pdsl.beginnings.table import Beginning
 from i2pdsl.beginnings.write import Place, story_text
 from i2pdsl.errors import Source
+from i2pdsl.worlds.beginnings import Beginning
 from i2pdsl.worlds.kind import Imported
 from i2pdsl.worlds.kinds import parse_world
 

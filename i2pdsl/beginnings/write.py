@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from i2pdsl.beginnings.roles import kind_called, roles_of
-from i2pdsl.beginnings.table import BEGINNINGS, KINDS, Beginning, holes_of
+from i2pdsl.beginnings.table import table
 from i2pdsl.errors import Source, StoryError, closest, error, shorten, whole_file
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.check import check_source
@@ -18,8 +17,10 @@ from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.library.description import PatternLibrary
 from i2pdsl.library.fits import example_call, uses_of
+from i2pdsl.worlds.beginnings import Beginning, Beginnings, holes_of
 from i2pdsl.worlds.find import vocabulary_of
 from i2pdsl.worlds.kind import Spec
+from i2pdsl.worlds.kinds import beginnings_of, kind_of, parse_world
 
 _START = "start "
 _WIDTH = 96  # characters of a line of a comment
@@ -27,21 +28,6 @@ _ABOUT = (
     "Lines that begin with # are for people. Change what you like: `i2p check` says what is wrong, "
     "`i2p run` makes the film, `i2p repl` answers questions about it."
 )
-# What may be added, with the comment before it, and the holes of the table. A statement stands
-# behind a #, until somebody takes that away.
-_MORE = {
-    "map": (
-        ("what must be seen", "require eventually [touching({helper}, {helped})]"),
-        ("the first picture: the two begin apart", "start distance({helper}, {helped}) > 2"),
-        ("it costs more that nothing moves (0.2 without this line)", "liveliness 0.5"),
-        ("viewers who forget", "audience bayesian(forgetting = 0.05)"),
-    ),
-    "plane": (
-        ("the first picture", "start at({helped}, {other})"),
-        ("viewers who forget", "audience bayesian(forgetting = 0.05)"),
-    ),
-    "hill": (("viewers who look less closely", "audience bayesian(sigma = 2)"),),
-}
 
 
 @dataclass(frozen=True)
@@ -57,11 +43,11 @@ class Place:
 
     @cached_property
     def roles(self) -> dict[str, str]:
-        return roles_of(self.spec, self.words)
+        return kind_of(self.spec).roles(self.spec, self.words)
 
-    @property
-    def kind(self) -> str:
-        return kind_called(self.spec)
+    @cached_property
+    def beginnings(self) -> Beginnings:
+        return beginnings_of(self.spec)
 
     @property
     def reference(self) -> str:
@@ -70,9 +56,10 @@ class Place:
         return self.name if is_word else f'"{self.name}"'
 
 
-def template(kind: str) -> str:
-    """The text of a world to begin with."""
-    return (files("i2pdsl.beginnings") / f"{kind}.world").read_text(encoding="utf-8")
+def new_world(template: Traversable, name: str) -> tuple[Place, str]:
+    """A world of one's own to begin in, called so, and the text of its file."""
+    text = template.read_text(encoding="utf-8")
+    return Place(name, parse_world(Source(f"{name}.world", text), name)), text
 
 
 def folded(name: str) -> str:
@@ -82,30 +69,44 @@ def folded(name: str) -> str:
 
 def beginnings_in(place: Place) -> list[Beginning]:
     """The beginnings of the table that a world can give all parts to."""
-    return [b for b in BEGINNINGS[place.kind] if b.holes <= place.roles.keys()]
+    return [b for b in place.beginnings.ways if b.holes <= place.roles.keys()]
 
 
 def named(name: str, kind: str | None) -> Beginning | None:
     """A beginning of the table by its name, else by that of its pattern; of any kind if that is
     not said."""
-    among = [b for k in ([kind] if kind else KINDS) for b in BEGINNINGS[k]]
+    known = table()
+    return _named(name, [b for k in ([kind] if kind else known) for b in known[k].ways])
+
+
+def _named(name: str, among: Sequence[Beginning]) -> Beginning | None:
     by_name = {b.name: b for b in reversed(among)}
     by_pattern = {folded(b.pattern): b for b in reversed(among)}
     return by_name.get(folded(name)) or by_pattern.get(folded(name))
 
 
 def kind_of_beginning(beginning: Beginning) -> str:
-    return next(kind for kind in KINDS if beginning in BEGINNINGS[kind])
+    """As animators call it."""
+    return next(called for called, each in table().items() if beginning in each.ways)
 
 
-def beginning_in(name: str, place: Place, standard: Callable[[], PatternLibrary]) -> Beginning:
+def beginning_in(
+    name: str | None, place: Place, standard: Callable[[], PatternLibrary]
+) -> Beginning:
     """What `--pattern` means in a world: a beginning of the table, or a call of one of the
-    `standard` patterns, which are opened only where they are needed.
+    `standard` patterns, which are opened only where they are needed; without a name the first of
+    the table that fits.
 
     Raises StoryError where there is no such thing, or the world cannot have it.
     """
     fitting = beginnings_in(place)
-    found = named(name, place.kind)
+    if name is None:
+        if not fitting:
+            message = f"no way to begin of the list can be told in {place.name}"
+            hint = "take a standard pattern: --pattern NAME; `i2p patterns` lists them"
+            raise error("no-pattern", message, whole_file(f"--world {place.name}"), hint)
+        return fitting[0]
+    found = _named(name, place.beginnings.ways)
     if found in fitting:
         return found
     called = shorten(folded(name))
@@ -125,7 +126,7 @@ def beginning_in(name: str, place: Place, standard: Callable[[], PatternLibrary]
         elif elsewhere is not None:
             message += f": it is for worlds of the kind {kind_of_beginning(elsewhere)}"
         else:
-            known = {b.name for kind in KINDS for b in BEGINNINGS[kind]}
+            known = {b.name for each in table().values() for b in each.ways}
             near = closest(folded(name), known | {folded(p["name"]) for p in library.records})
             hint = f"did you mean `{near}`?" if near else "`i2p new --list` tells what there is"
             message = f"there is no way to begin called `{called}`"
@@ -168,7 +169,7 @@ def story_text(title: str, beginning: Beginning, place: Place, length: int | Non
     kept = [(about, line) for about, line in lines if line in asked or is_right(line)]
     more = [
         (about, line.format(**roles))
-        for about, line in _MORE[place.kind]
+        for about, line in place.beginnings.more
         if holes_of(line) <= roles.keys() and is_right(line.format(**roles))
     ]
     if any(line.startswith(_START) for _, line in kept):
@@ -178,8 +179,8 @@ def story_text(title: str, beginning: Beginning, place: Place, length: int | Non
         f"{comment(f'Where it happens. `i2p worlds {place.name}` tells all about it.')}\n{world}",
         f"{comment('How long it is, in frames.')}\n{frames}",
         *(f"{comment(about)}\n{line}" for about, line in kept),
-        comment("More to try: take away the first # of a line.") + "\n"
-        + "\n".join(f"# {line}  # {about}" for about, line in more),
+        *([comment("More to try: take away the first # of a line.") + "\n"
+           + "\n".join(f"# {line}  # {about}" for about, line in more)] if more else []),
         comment("What viewers wonder about here, and so what you can ask for:") + "\n"
         + "\n".join(_about_latents(words)),
     ]) + "\n"  # fmt: skip

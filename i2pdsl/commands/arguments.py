@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class Numbers(click.ParamType):
@@ -75,6 +78,28 @@ class Assignment(click.ParamType):
         if not equals or not name.strip().isidentifier() or not text.strip():
             self.fail(f"{value!r} is not NAME=VALUE", param, ctx)
         return name.strip(), text.strip()
+
+
+class KindOfWorld(click.ParamType):
+    """A kind of world that stories can be begun in, as animators call it (beginnings/table.py):
+    the kinds are read only when somebody names one, or asks which there are."""
+
+    name = "kind"
+
+    @property
+    def _choice(self) -> click.Choice[str]:
+        from i2pdsl.beginnings.table import table
+
+        return click.Choice(tuple(table()))
+
+    def get_metavar(self, param: Any, ctx: Any) -> str | None:
+        return self._choice.get_metavar(param, ctx)
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> str:
+        return self._choice.convert(value, param, ctx)
+
+    def shell_complete(self, ctx: Any, param: Any, incomplete: str) -> list[CompletionItem]:
+        return self._choice.shell_complete(ctx, param, incomplete)
 
 
 def complete_world(ctx: Any, param: Any, incomplete: str) -> list[str]:

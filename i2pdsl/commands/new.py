@@ -9,21 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from i2pdsl.commands.arguments import complete_world
+from i2pdsl.commands.arguments import KindOfWorld, complete_world
 from i2pdsl.errors import harmless
 from i2pdsl.output import check_writable, output, output_json
 
 if TYPE_CHECKING:
     from i2pdsl.beginnings.write import Place
 
-KINDS = ("map", "plane", "hill")  # beginnings/table.py, which is not read to complete a word
-
 
 def complete_pattern(ctx: Any, param: Any, incomplete: str) -> list[str]:
     """Shell completion: the ways to begin."""
-    from i2pdsl.beginnings.table import BEGINNINGS
+    from i2pdsl.beginnings.table import table
 
-    names = dict.fromkeys(b.name for among in BEGINNINGS.values() for b in among)
+    names = dict.fromkeys(b.name for each in table().values() for b in each.ways)
     return [name for name in names if name.startswith(incomplete)]
 
 
@@ -35,9 +33,7 @@ def complete_pattern(ctx: Any, param: Any, incomplete: str) -> list[str]:
     shell_complete=complete_pattern,
     help="What it tells: betrayal, irony, legible, ... or a standard pattern; default help.",
 )
-@click.option(
-    "--kind", type=click.Choice(KINDS), default=None, help="Of the world that is written."
-)
+@click.option("--kind", type=KindOfWorld(), default=None, help="Of the world that is written.")
 @click.option(
     "--world",
     default=None,
@@ -117,47 +113,39 @@ def place_of(
     path: Path, pattern: str | None, kind: str | None, world: str | None
 ) -> tuple[Place, str | None]:
     """The world of a new story, and its text where it is new too. Raises StoryError."""
-    from i2pdsl.beginnings.write import Place, kind_of_beginning, named, template
-    from i2pdsl.errors import Source, did_you_mean, error, shorten, whole_file
+    from i2pdsl.beginnings.table import table
+    from i2pdsl.beginnings.write import Place, kind_of_beginning, named, new_world
+    from i2pdsl.errors import did_you_mean, error, shorten, whole_file
     from i2pdsl.language.check import known_worlds
     from i2pdsl.worlds.find import builtin_worlds, find_spec
-    from i2pdsl.worlds.kinds import parse_world
 
     found = named(pattern, kind) if pattern is not None else None
-    kind = kind or (kind_of_beginning(found) if found is not None else KINDS[0])
-    if world is None and kind == "hill":
-        world = "hill"  # whose file would say no more than its kind
-    if world is not None:
-        spec = find_spec(world, path.parent)
-        if spec is None:
-            hint = did_you_mean(world.removesuffix(".world"), known_worlds(path.parent))
-            message = f"there is no world `{shorten(world)}`"
-            raise error("no-world", message, whole_file(f"--world {shorten(world)}"), hint)
-        return Place(world, spec), None
-    if path.stem in builtin_worlds() or '"' in path.stem:
-        message = f"its world would be called `{path.stem}`"
-        message += (
-            " as one that is built in" if '"' not in path.stem else ", which nothing can name"
-        )
-        hint = "take another name, or name a world: --world kitchen"
-        raise error("name", message, whole_file(str(path)), hint)
-    text = template(kind)
-    return Place(path.stem, parse_world(Source(f"{path.stem}.world", text), path.stem)), text
+    known = table()
+    kind = kind or (kind_of_beginning(found) if found is not None else next(iter(known)))
+    template = known[kind].template
+    if world is None and template is not None:
+        if path.stem in builtin_worlds() or '"' in path.stem:
+            message = f"its world would be called `{path.stem}`"
+            message += (
+                " as one that is built in" if '"' not in path.stem else ", which nothing can name"
+            )
+            hint = "take another name, or name a world: --world kitchen"
+            raise error("name", message, whole_file(str(path)), hint)
+        return new_world(template, path.stem)
+    name = known[kind].world if world is None else world
+    spec = find_spec(name, path.parent)
+    if spec is None:
+        near = did_you_mean(name.removesuffix(".world"), known_worlds(path.parent))
+        message = f"there is no world `{shorten(name)}`"
+        raise error("no-world", message, whole_file(f"--world {shorten(name)}"), near)
+    return Place(name, spec), None
 
 
 def chosen(pattern: str | None, place: Place) -> Any:
     """What the story begins as. Raises StoryError."""
-    from i2pdsl.beginnings.write import beginning_in, beginnings_in
+    from i2pdsl.beginnings.write import beginning_in
     from i2pdsl.commands.patterns import open_library
-    from i2pdsl.errors import error, whole_file
 
-    if pattern is None:
-        fitting = beginnings_in(place)
-        if not fitting:
-            message = f"no way to begin of the list can be told in {place.name}"
-            hint = "take a standard pattern: --pattern NAME; `i2p patterns` lists them"
-            raise error("no-pattern", message, whole_file(f"--world {place.name}"), hint)
-        return fitting[0]
     return beginning_in(pattern, place, lambda: open_library(None, with_stories=False)[0])
 
 
@@ -174,14 +162,15 @@ def taken(file: Path, story: Path) -> Exception:
 
 def tell_beginnings(kind: str | None, as_json: bool) -> None:
     """Lists the ways to begin, told in the worlds that are written for them."""
-    from i2pdsl.beginnings.table import BEGINNINGS
+    from i2pdsl.beginnings.table import table
 
     rows: list[dict[str, str]] = []
-    for of_kind in (kind,) if kind else KINDS:
+    known = table()
+    for of_kind in (kind,) if kind else known:
         roles = place_of(Path("my.story"), None, of_kind, None)[0].roles
         rows += [
             {"name": b.name, "kind": of_kind, "pattern": b.pattern, "told": b.told.format(**roles)}
-            for b in BEGINNINGS[of_kind]
+            for b in known[of_kind].ways
         ]
     if as_json:
         output_json(rows)

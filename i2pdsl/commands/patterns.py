@@ -33,7 +33,7 @@ def patterns(
     """List the standard patterns, or those of a library (.i2plib, a file or a folder)."""
     opened, place = open_library(library, with_stories=page is not None)
     if page is not None:
-        return catalogue(opened, Path(page), list(worlds or ("kitchen", "hill")), seeds, as_json)
+        return catalogue(opened, Path(page), list(worlds or catalogued()), seeds, as_json)
     from i2pdsl.library.examples import gallery_files
     from i2pdsl.library.fits import NOT_TRIED, was_tried
 
@@ -55,6 +55,13 @@ def patterns(
     if not pictures:
         click.echo("no pictures yet: `i2p patterns --page FOLDER` draws a catalogue", err=True)
     return DONE
+
+
+def catalogued() -> list[str]:
+    """The worlds of a catalogue's examples, if none is named."""
+    from i2pdsl.worlds.kinds import KINDS, kind_named
+
+    return [world for name in KINDS for world in kind_named(name).catalogued]
 
 
 def open_library(library: str | None, with_stories: bool) -> tuple[PatternLibrary, Path]:

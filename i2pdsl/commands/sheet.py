@@ -101,5 +101,7 @@ def _drawn(scripts: list[Script], folder: Path, title: str) -> dict[str, str]:
         pictures = drawing_for(scripts[0].world.spec).sheet(scripts, title)
         png, page = folder / "sheet.png", folder / "sheet.html"
         save_png(png, pictures.comic())
+        if "html" not in pictures.offered:  # nothing there can be played
+            return {"png": str(png)}
         write_text(page, pictures.page())
     return {"png": str(png), "html": str(page)}

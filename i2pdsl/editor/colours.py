@@ -40,7 +40,7 @@ TERMINALS = {
 }
 """What each terminal of grammar/story.lark is. `name` is looked at more closely, see `kind_of`."""
 
-WORLD_KINDS = {
+WORLD_TERMINALS = {
     **dict.fromkeys(("LPAR", "RPAR", "LSQB", "RSQB", "LBRACE", "RBRACE"), "bracket"),
     "COMMA": "sign",
     "COLON": "sign",
@@ -54,9 +54,6 @@ WORLD_KINDS = {
     "SPACE": "space",
 }
 """What each terminal of a world's grammar is, besides its keywords."""
-
-MORE_KINDS = ("function", "call", "latent", "definition", "constant", "error")
-"""The kinds that no terminal has by itself."""
 
 LATENT = re.compile(r"rho(?:_\w+)?|[BGR]_\w+")
 """The latents of every grid world; those of other worlds are known with their vocabulary."""
@@ -131,7 +128,7 @@ def colour_world(text: str) -> Iterator[Piece]:
         drawn = drawn and not beginning
         for terminal, begin, stop in _scan(text, *_world(syntax.grammar), start, end):
             is_keyword = terminal.endswith("_KW")
-            kind = "keyword" if is_keyword else WORLD_KINDS.get(terminal, "error")
+            kind = "keyword" if is_keyword else WORLD_TERMINALS.get(terminal, "error")
             if kind == "keyword" and begin != start:
                 terminal, kind = "NAME", "name"
             if kind == "name" and re.compile(r"\s*=").match(text, stop):

@@ -10,8 +10,9 @@ from i2pdsl.editor.slots import Place, Slot
 from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.errors import Source
 from i2pdsl.language.check import known_worlds
+from i2pdsl.language.methods import METHODS
 from i2pdsl.language.packed import SUFFIX
-from i2pdsl.language.settings import AUDIENCES, OF_VIEWERS, PARTICLES, SEARCH_SETTINGS
+from i2pdsl.language.settings import AUDIENCES, OF_VIEWERS, PARTICLES
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.story import Audience
 from i2pdsl.language.vocabulary import Setting
@@ -92,7 +93,10 @@ def _audiences(place: Place, _: Slot) -> Iterator[Offer]:
         "particles": "the same of viewers who hold some hypotheses instead of all",
         "average": "average(AUDIENCE, ...): several viewers, whose beliefs are averaged",
     }
-    yield from (Offer(name, "audience", about.get(name, "")) for name in AUDIENCES)
+    world = place.around.vocabulary
+    for name in AUDIENCES:
+        if name != "particles" or world is None or world.holds_particles:
+            yield Offer(name, "audience", about.get(name, ""))
 
 
 def named_audiences(place: Place, _: Slot) -> Iterator[Offer]:
@@ -109,9 +113,9 @@ def audience_offer(audience: Audience) -> Offer:
 
 def _searches(place: Place, _: Slot) -> Iterator[Offer]:
     world = place.around.vocabulary
-    unfit = "" if world is None else "descend" if world.enumerable else "beam"
-    for name, settings in SEARCH_SETTINGS.items():
-        if name != unfit:
+    for name, method in METHODS.items():
+        settings = method.settings(None if world is None else world.enumerable)
+        if settings is not None:
             shown = ", ".join(f"{s.name} = {shown_default(s)}" for s in settings)
             yield Offer(name, "search", f"{name}({shown})")
 
@@ -121,9 +125,10 @@ def settings_of(owner: str, around: Surroundings) -> dict[str, Setting]:
     keyword, _, name = owner.partition(" ")
     world = around.vocabulary
     if keyword == "search":
-        if name == "naive" and (world is None or world.enumerable):
+        if name not in METHODS:
             return {}
-        return {s.name: s for s in SEARCH_SETTINGS.get(name, ())}
+        offered = METHODS[name].settings(None if world is None else world.enumerable)
+        return {s.name: s for s in offered or ()}
     if world is None:
         return {}
     if keyword == "world":

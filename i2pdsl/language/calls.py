@@ -39,6 +39,8 @@ class Calls(Beliefs):
             raise Stop
         message = f"there is no pattern or function `{shorten(name)}`"
         hint = unknown_call_hint(name, lambda: env.module.meant(name, known))
+        if hint is None and env.inside in ("frame", "start"):
+            hint = "predicates: " + ", ".join(self.world.predicates)
         span = node.callee.span
         self.report(Diagnostic("unknown-pattern", message, span, hint, env.notes()))
         self.check_arguments(node, env)

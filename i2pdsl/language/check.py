@@ -26,11 +26,11 @@ from i2pdsl.language import typed as ty
 from i2pdsl.language.builtins import RESERVED
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.imports import build_module
+from i2pdsl.language.methods import LONGEST_STORY, METHODS, MOST_LENGTHS, has_audience
 from i2pdsl.language.parse import STATEMENT_WORDS, parse_tolerantly
 from i2pdsl.language.pins import read_kept, read_pins
 from i2pdsl.language.query import TypedQuery, check_query, read_assumption
 from i2pdsl.language.scope import LIBRARY_STATEMENTS, Env
-from i2pdsl.language.settings import LONGEST_STORY, MOST_LENGTHS
 from i2pdsl.language.settings import Settings as SettingsReader
 from i2pdsl.language.start import can_start
 from i2pdsl.language.statements import room_for_nesting
@@ -188,8 +188,7 @@ class _Checker:
         objectives: list[ast.Objective] = self.program.of(ast.Objective)
         lengths = self.lengths(world)
         length = lengths[-1]
-        naive = search is not None and search.name.id == "naive"
-        if not objectives and not naive:
+        if not objectives and (search is None or has_audience(search.name.id)):
             hint = "add `maximize EXPRESSION`, or `search naive`"
             message = "the story has no objective"
             words = ("maximize", "minimize", "search")
@@ -259,7 +258,7 @@ class _Checker:
         """The story of each length. One that has a mistake, as an index that leaves the script, is
         the last that is looked at."""
         statement: ast.LengthIs = self.first(ast.LengthIs)
-        if not self.world.enumerable or story.search.method == "naive":
+        if not METHODS[story.search.method].chooses_length:
             message = "a search can choose the length where it is a beam search"
             self.problem("length", message, statement.value, f"`length {lengths[-1]}`")
             return ()

@@ -22,6 +22,7 @@ from i2pdsl.language.statements import Cut, Piece, check_text, room_for_nesting,
 INDENT = 4
 _TAB = 4
 
+_ENTRIES = frozenset(("entry", "entry_shares"))  # each a line of a block of .world files
 _FORMS = frozenset(("form", "form_of_all", "form_of_frame", "form_of_audience", "form_apart"))
 _CALLS = _FORMS | {"call", "last", "pattern", "settings", "entry_shares"}
 _INDEXED = frozenset(("prefix", "frame"))
@@ -80,7 +81,8 @@ def format_statements(
 class _Word:
     """A token, whether it begins a statement, and whether a space stands before it on its line.
 
-    `margin` is the least indentation of its statement's later lines, as written.
+    `margin` is the least indentation of its statement's later lines, as written; in a block that of
+    its entry, which it may begin (`is_entry`).
     """
 
     text: str
@@ -89,21 +91,28 @@ class _Word:
     first: bool
     space: bool
     margin: int
+    is_entry: bool = False
 
 
 def _statement(tree: Tree[Token], text: str) -> Iterator[_Word]:
     tokens = list(_tokens(tree, False))
-    gaps = (text[a.end_pos : b.start_pos] for (a, _, _), (b, _, _) in pairwise(tokens))
-    margins = [_width(gap[gap.rindex("\n") + 1 :]) for gap in gaps if "\n" in gap]
-    margin = min(margins, default=0)
+    gaps = [text[a.end_pos : b.start_pos] for (a, _, _), (b, _, _) in pairwise(tokens)]
+    widths = [_width(gap[gap.rindex("\n") + 1 :]) if "\n" in gap else None for gap in gaps]
+    margin = min((width for width in widths if width is not None), default=0)
+    entries = {
+        next(_tokens(part, False))[0].start_pos
+        for part in tree.children
+        if isinstance(part, Tree) and part.data in _ENTRIES
+    }
     before: tuple[Token, str, bool] | None = None
-    for entry in tokens:
-        token, _, _ = entry
-        assert token.start_pos is not None
-        assert token.end_pos is not None
-        space = before is not None and _spaced(before, entry, text)
-        yield _Word(str(token), token.start_pos, token.end_pos, before is None, space, margin)
-        before = entry
+    for token, width in zip(tokens, [None, *widths], strict=True):
+        start, end = token[0].start_pos, token[0].end_pos
+        assert start is not None
+        assert end is not None
+        space, is_entry = before is not None and _spaced(before, token, text), start in entries
+        margin = width if is_entry and width is not None else margin
+        yield _Word(str(token[0]), start, end, before is None, space, margin, is_entry)
+        before = token
 
 
 def _tokens(tree: Tree[Token], indexed: bool) -> Iterator[tuple[Token, str, bool]]:
@@ -165,8 +174,11 @@ def _layout(text: str, words: list[_Word]) -> str:
         else:
             lines += _ended(line, gap[0])
             shift = 0 if word.first else INDENT - word.margin
-            lines += [_comment(g, shift, word.first) for g in gap[1:-1]]
-            line = "" if word.first else " " * (_width(gap[-1]) + shift)
+            if word.is_entry and not word.first:
+                lines += [_comment(g.strip(), 0, False) for g in gap[1:-1]]
+            else:
+                lines += [_comment(g, shift, word.first) for g in gap[1:-1]]
+            line = "" if word.first else " " * max(INDENT, _width(gap[-1]) + shift)
         line += word.text
         end = word.end
     first, *rest = text[end:].split("\n")

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, whole_file
 from i2pdsl.language import ast
+from i2pdsl.language.methods import METHODS
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.parse import parse_expression, parse_tolerantly
-from i2pdsl.language.settings import SEARCH_SETTINGS
 from i2pdsl.language.vocabulary import Weights
 
 _STATEMENTS = ("length", *Weights._fields)
@@ -41,7 +41,7 @@ def override(
             if isinstance(statement, ast.Weight) and statement.term == name:
                 return _replaced(source, statement.value.span, value)
         return Source(source.name, f"{source.text.rstrip()}\n{name} {value}\n")
-    of_search = tuple(s.name for s in SEARCH_SETTINGS[method])
+    of_search = tuple(s.name for s in METHODS[method].settings(None) or ())
     if name in of_search:
         searches = program.of(ast.Search)
         if not searches:

@@ -11,12 +11,21 @@ from i2pdsl.errors import Diagnostic, Note, Span, StoryError, did_you_mean, shor
 from i2pdsl.language import ast
 from i2pdsl.language.elaborate import Elaborator, Stop
 from i2pdsl.language.evaluate import is_pure, values
+from i2pdsl.language.methods import METHODS, usual_method
 from i2pdsl.language.people import read_people
 from i2pdsl.language.priors import fitted
 from i2pdsl.language.scope import Env
 from i2pdsl.language.shares import CONTRADICTION, OTHERS, WHY_NONE, Told, shares_of
 from i2pdsl.language.story import Observer, Particles, SearchPlan
-from i2pdsl.language.vocabulary import Latent, Setting, SettingValue, Value, show_value
+from i2pdsl.language.vocabulary import (
+    Latent,
+    Setting,
+    SettingValue,
+    Value,
+    between,
+    show_value,
+    whole,
+)
 from i2pdsl.language.vocabulary import Settings as Values
 
 AUDIENCES = ("bayesian", "particles", "average")
@@ -37,54 +46,17 @@ OF_VIEWERS = {
     "given": Setting("given", "EVENT", "what they know to be so from the beginning"),
 }
 """What a viewer may have besides the settings of the world."""
-LONGEST_STORY = 100_000
 _OF_PARTICLES = Particles()
-MOST_LENGTHS = 24  # that a search chooses from: each is searched
-
-
-def _whole(name: str, default: float, about: str, low: int, high: int) -> Setting:
-    accepts = lambda x: x == int(x) and low <= x <= high
-    return Setting(name, default, about, (), f"a whole number from {low:,} to {high:,}", accepts)
-
-
-def _between(name: str, default: float, about: str, low: float, high: float) -> Setting:
-    accepts = lambda x: low <= x <= high
-    return Setting(name, default, about, (), f"between {low:g} and {high:g}", accepts)
-
-
 PARTICLES = {
     s.name: s
     for s in (
-        _whole("count", _OF_PARTICLES.count, "hypotheses that a viewer holds", 1, 100_000),
-        _whole("seed", _OF_PARTICLES.seed, "of all that chance decides", 0, 2**32 - 1),
-        _whole("moves", _OF_PARTICLES.moves, "sweeps after they were drawn anew", 0, 100),
-        _between("least", _OF_PARTICLES.least, "share that must count, else new ones", 0.0, 1.0),
+        whole("count", _OF_PARTICLES.count, "hypotheses that a viewer holds", 1, 100_000),
+        whole("seed", _OF_PARTICLES.seed, "of all that chance decides", 0, 2**32 - 1),
+        whole("moves", _OF_PARTICLES.moves, "sweeps after they were drawn anew", 0, 100),
+        between("least", _OF_PARTICLES.least, "share that must count, else new ones", 0.0, 1.0),
     )
 }
 """What a viewer has who holds some hypotheses instead of all."""
-
-_PLAN = SearchPlan()
-_NOISE = _between("noise", _PLAN.noise, "spread of chance changes of the actuation", 0.0, 10.0)
-SEARCH_SETTINGS: dict[str, tuple[Setting, ...]] = {
-    "beam": (
-        _whole("starts", _PLAN.starts, "initial states that are tried", 1, 1_000_000),
-        _whole("width", _PLAN.width, "scripts kept for each start", 1, 10_000),
-        _whole("polish", _PLAN.polish, "so many times their work improves the best", 0, 1000),
-    ),
-    "descend": (
-        _whole("seeds", _PLAN.seeds, "scripts improved side by side", 1, 1000),
-        _whole("window", _PLAN.window, "frames improved at a time", 1, LONGEST_STORY),
-        _between("overlap", _PLAN.overlap, "share that the next window improves again", 0, 0.95),
-        _whole("lookahead", _PLAN.lookahead, "frames after it that count too", 0, LONGEST_STORY),
-        _whole("steps", _PLAN.steps, "steps of the optimiser in a window", 1, 100_000),
-        _between("rate", _PLAN.rate, "step size of `adam`", 1e-6, 100.0),
-        _between("bound", _PLAN.bound, "the largest change of an actuation", 1e-3, 100.0),
-        _between("damping", _PLAN.damping, "share of the gradient that a frame lets by", 0.0, 1.0),
-        Setting("optimiser", _PLAN.optimiser, "where there is no bound", ("adam", "lbfgs", "ncg")),
-        _NOISE,
-    ),
-    "naive": (_NOISE,),
-}
 
 
 def _is_weight(value: float | None) -> bool:
@@ -92,8 +64,9 @@ def _is_weight(value: float | None) -> bool:
 
 
 def _plan(method: str, values: dict[str, SettingValue]) -> SearchPlan:
-    kinds = {k: type(getattr(_PLAN, k)) for k in values}
-    return replace(_PLAN, method=method, **{k: kinds[k](v) for k, v in values.items()})
+    usual = SearchPlan()
+    kinds = {k: type(getattr(usual, k)) for k in values}
+    return replace(usual, method=method, **{k: kinds[k](v) for k, v in values.items()})
 
 
 class Settings:
@@ -246,7 +219,7 @@ class Settings:
         values = dict(self.read(tuple(own), PARTICLES, "audience particles"))
         rest = tuple(a for a in arguments if a not in own)
         observer = self.observer(rest, "audience particles", PARTICLES)
-        if not words.enumerable:
+        if not words.holds_particles:
             message = f"{words.where} all hypotheses are held: there are few of them"
             self.problem("audience", message, name.span, "write `bayesian`")
         told = {k: v if k == "least" else int(v) for k, v in values.items()}  # type: ignore[arg-type]
@@ -362,32 +335,32 @@ class Settings:
     def search(self, statement: ast.Search | None) -> SearchPlan:
         """The plan of `search NAME(...)`, or the world's usual one."""
         words = self.elaborator.world
-        enumerable, usual = words.enumerable, dict(words.search_settings)
+        usual = dict(words.search_settings)
         if statement is None:
-            return _plan(words.search, usual)
+            return _plan(usual_method(words), usual)
         name = statement.name.id
-        if name not in SEARCH_SETTINGS:
-            hint = did_you_mean(name, SEARCH_SETTINGS) or "searches: " + ", ".join(SEARCH_SETTINGS)
+        if name not in METHODS:
+            hint = did_you_mean(name, METHODS) or "searches: " + ", ".join(METHODS)
             self.problem("search", f"there is no search `{name}`", statement.name.span, hint)
-        elif name == "descend" and enumerable:
-            message = "`descend` needs continuous actions; this world's can be listed"
-            self.problem("search", message, statement.name.span, "use `beam`")
-        elif name == "beam" and not enumerable:
-            message = "`beam` needs actions that can be listed; this world's are continuous"
-            self.problem("search", message, statement.name.span, "use `descend`")
-        else:
-            # A listed world has no continuous actuation that noise could change.
-            offered = () if name == "naive" and enumerable else SEARCH_SETTINGS[name]
-            known = {s.name: s for s in offered}
-            values = dict(self.read(statement.settings, known, f"search {name}"))
-            if "bound" in values:
-                how = "what lies in a box is minimised by projected gradients"
-                self.useless(statement, ("optimiser", "rate"), "bound", how)
-            elif values.get("optimiser", "adam") != "adam":
-                self.useless(statement, ("rate",), "optimiser", "it finds its own step size")
-            own = {s.name: usual[s.name] for s in offered if s.name in usual}
-            return _plan(name, {**own, **values})
-        return _plan(words.search, usual)
+            return _plan(usual_method(words), usual)
+        offered = METHODS[name].settings(words.enumerable)
+        if offered is None:
+            needs, here = "actions that can be listed", "are continuous"
+            if words.enumerable:
+                needs, here = "continuous actions", "can be listed"
+            message = f"`{name}` needs {needs}; this world's {here}"
+            hint = f"use `{usual_method(words)}`"
+            self.problem("search", message, statement.name.span, hint)
+            return _plan(usual_method(words), usual)
+        known = {s.name: s for s in offered}
+        values = dict(self.read(statement.settings, known, f"search {name}"))
+        if "bound" in values:
+            how = "what lies in a box is minimised by projected gradients"
+            self.useless(statement, ("optimiser", "rate"), "bound", how)
+        elif values.get("optimiser", "adam") != "adam":
+            self.useless(statement, ("rate",), "optimiser", "it finds its own step size")
+        own = {s.name: usual[s.name] for s in offered if s.name in usual}
+        return _plan(name, {**own, **values})
 
     def useless(
         self, statement: ast.Search, names: tuple[str, ...], beside: str, hint: str

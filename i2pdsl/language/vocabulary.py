@@ -107,6 +107,18 @@ def _number(value: object) -> float | None:
     return float(value)
 
 
+def whole(name: str, default: float, about: str, low: int, high: int) -> Setting:
+    """A setting that is a whole number within bounds."""
+    accepts = lambda x: x == int(x) and low <= x <= high
+    return Setting(name, default, about, (), f"a whole number from {low:,} to {high:,}", accepts)
+
+
+def between(name: str, default: float, about: str, low: float, high: float) -> Setting:
+    """A setting that is a number within bounds."""
+    accepts = lambda x: low <= x <= high
+    return Setting(name, default, about, (), f"between {low:g} and {high:g}", accepts)
+
+
 class Weights(NamedTuple):
     """How much the automatic terms of an objective count (objective/terms.py, film.py); as they
     are on maps unless a story sets them. The first two are the paper's; the others were chosen by
@@ -175,6 +187,7 @@ class Vocabulary:
             object, and the latent that holds what it takes that to be, or where.
         counts: where all hypotheses are too many to be listed, those of them that each of
             `hypotheses` stands for: all in which the latents of `kept` have these values.
+        holds_particles: whether viewers may hold some hypotheses instead of all.
         factors: where viewers can hold all of these by factors, the latents of those whom others
             model, and of each other character (audience/factors.py); `factor_sizes` are theirs.
     """
@@ -212,6 +225,7 @@ class Vocabulary:
     kept: frozenset[str] = frozenset()
     factors: tuple[frozenset[str], ...] = ()
     factor_sizes: FactorSizes | None = None
+    holds_particles: bool = True
 
     @cached_property
     def even(self) -> tuple[float, ...]:
@@ -234,11 +248,6 @@ class Vocabulary:
     @property
     def where(self) -> str:
         return f"{self.preposition} {self.world}"
-
-    @property
-    def search(self) -> str:
-        """The usual search."""
-        return "beam" if self.enumerable else "descend"
 
     @cached_property
     def words(self) -> frozenset[str]:

@@ -15,13 +15,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from i2pdsl.errors import Source, StoryError, shorten
+from i2pdsl.errors import Source, StoryError, error, shorten, whole_file
 from i2pdsl.language import ast
 from i2pdsl.language.kinds import used_names
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.packed import LARGEST, SUFFIX, write_contents
 from i2pdsl.language.parse import parse
 from i2pdsl.language.scope import standard_library
-from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.library.curves import Curves, decisive_curves
 from i2pdsl.library.description import MADE_WITH, PatternLibrary
@@ -280,6 +280,9 @@ class Gallery:
         result = best_of(found)
         title = f"{example.pattern.replace('_', ' ')}, {place_of(example.world)}"
         pictures = pictures_of([result.script], title)
+        if "html" not in pictures.offered:
+            message = f"films in worlds like {result.script.world.name} cannot be played"
+            raise error("pictures", message, whole_file(example.name))
         size = self.drawn(pictures, example.name)
         curves = decisive_curves(pictures.panels, example.call)
         film = pack_film(to_mount(pictures.moving(), (), pictures.title))

@@ -12,8 +12,6 @@ from typing import Any
 
 from i2pdsl.untrusted import WrongData, read_bytes
 
-SCRIPTS = ("grid/kitchen.js", "plane/plane.js", "hill/hill.js")
-"""What moves the films of each kind of world, below `render`."""
 LARGEST = 4 * 2**20  # bytes of a packed film
 _PACKED = re.compile(r"[A-Za-z0-9+/]+={0,2}")
 
@@ -43,5 +41,8 @@ def read_film(path: Path) -> PackedFilm | None:
         script, _, data = read_bytes(path, LARGEST).decode("ascii").partition("\n")
     except (OSError, WrongData, ValueError):
         return None
+    from i2pdsl.render.pictures import page_scripts
+
     data = data.rstrip("\n")
-    return PackedFilm(script, data) if script in SCRIPTS and _PACKED.fullmatch(data) else None
+    right = script in page_scripts() and _PACKED.fullmatch(data)
+    return PackedFilm(script, data) if right else None

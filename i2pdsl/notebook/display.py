@@ -118,7 +118,8 @@ def curves_png(answer: Answer) -> tuple[bytes, int]:
 
 
 def _shown(script: Script, above: str, plain: str) -> Bundle:
-    """The player of a script below some HTML, with the comic strip behind it."""
+    """The player of a script below some HTML, with the comic strip behind it; the strip alone where
+    films cannot be played."""
     from i2pdsl.render.pictures import pictures_of
     from i2pdsl.render.raster import svg_png
 
@@ -126,13 +127,17 @@ def _shown(script: Script, above: str, plain: str) -> Bundle:
     comic = _base64(_small(svg_png(pictures.comic())))
     title = escape(pictures.title)
     over = "position:absolute;inset:0;width:100%;height:100%;border:0"
+    strip = (
+        f'<img alt="{title}: comic strip" src="data:image/png;base64,{comic}" '
+        'style="max-width:100%;max-height:100%">'
+    )
+    if "html" not in pictures.offered:
+        return {"text/html": above + strip, "image/png": comic, "text/plain": plain}, {}
     framed = (
         pictures.page().replace("&", "&amp;").replace("'", "&#39;")
     )  # of its 7000 " each stays one letter
     html = (
-        f'{above}<div style="position:relative;height:{PLAYER_HEIGHT}px">'
-        f'<img alt="{title}: comic strip" src="data:image/png;base64,{comic}" '
-        'style="max-width:100%;max-height:100%">'
+        f'{above}<div style="position:relative;height:{PLAYER_HEIGHT}px">{strip}'
         f'<iframe title="{title}: player" sandbox="allow-scripts" style="{over}" '
         f"srcdoc='{framed}'></iframe></div>"
     )

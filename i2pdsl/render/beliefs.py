@@ -169,10 +169,10 @@ class Beliefs:
         for c in self.cast.characters:
             latent = goal_of(c.name)
             if len(c.goals) > 1 and latent in script.world.vocabulary.apart:
-                curves = _most(c.goals, script.query(f"P({latent} | script[:t])").T)
+                curves = most_believed(c.goals, script.query(f"P({latent} | script[:t])").T)
                 series = tuple(
                     replace(s, claim=self.goal(c.name, [s.label])) if s.label in c.goals else s
-                    for s in _all(curves)
+                    for s in series_of(curves)
                 )
                 question = f"what {c.name} wants"
                 yield Panel(
@@ -180,10 +180,10 @@ class Beliefs:
                 )
 
         for latent, (who, other) in _kept(script, self._readings):
-            curves = _most(goals[other], script.query(f"P({latent} | script[:t])").T)
+            curves = most_believed(goals[other], script.query(f"P({latent} | script[:t])").T)
             series = tuple(
                 replace(s, claim=self._one(latent, [s.label])) if s.label in goals[other] else s
-                for s in _all(curves)
+                for s in series_of(curves)
             )
             title = f"what {who} takes {other} to want"
             yield Panel(title, "probability", series, "probability", latent, title)
@@ -193,10 +193,10 @@ class Beliefs:
         asked |= {latent: f"which way {who} wants to go" for latent, who in self._ways.items()}
         for latent, title in _kept(script, asked):
             places = [str(v) for v in script.world.vocabulary.latents[latent].values]
-            curves = _most(places, script.query(f"P({latent} | script[:t])").T)
+            curves = most_believed(places, script.query(f"P({latent} | script[:t])").T)
             series = tuple(
                 replace(s, claim=self._one(latent, [s.label])) if s.label in places else s
-                for s in _all(curves)
+                for s in series_of(curves)
             )
             yield Panel(title, "probability", series, "probability", latent, title)
 
@@ -205,7 +205,7 @@ class Beliefs:
         for _, about in _kept(script, self.attitudes):
             numbers = script.world.vocabulary.latents[about.latent].values
             possible = {int(np.sign(float(v))) for v in numbers}
-            series = _all(
+            series = series_of(
                 (name, script.query(f"P({about.latent} {test} | script[:t])"))
                 for name, test in _ATTITUDES.items()
                 if _SIGNS[name] in possible
@@ -221,7 +221,7 @@ class Beliefs:
     def _minds(self, script: Script) -> Iterable[Panel]:
         """Who is rational, and what everybody who may be expects."""
         words, names = script.world.vocabulary, [c.name for c in self.cast.characters]
-        rational = _all(
+        rational = series_of(
             (n, script.query(f"P({rationality_of(n)} | script[:t])", assume="nothing"))
             for n in names
             if rationality_of(n) in words.latents
@@ -237,12 +237,12 @@ class Beliefs:
             return script.audience_of(None).can_hold(mask)
 
         minded = [name for name in names if may_be_rational(name)]
-        values = _all((n, script.query(f"E[V({n}) | script[:t]]")) for n in minded)
+        values = series_of((n, script.query(f"E[V({n}) | script[:t]]")) for n in minded)
         if values:
             yield Panel("expected value", "value", values, "value")
 
 
-def _most(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+def most_believed(names: Sequence[str], values: np.ndarray) -> list[tuple[str, np.ndarray]]:
     """Curves by name; of very many those that are believed most, and the others taken together.
 
     Args:
@@ -263,7 +263,7 @@ def _kept(script: Script, latents: dict[str, T]) -> Iterable[tuple[str, T]]:
     return ((latent, about) for latent, about in latents.items() if latent in apart)
 
 
-def _all(curves: Iterable[tuple[str, np.ndarray]]) -> tuple[Series, ...]:
+def series_of(curves: Iterable[tuple[str, np.ndarray]]) -> tuple[Series, ...]:
     return tuple(
         Series(label, np.asarray(values), PALETTE.get(label, COLORS[number % len(COLORS)]))
         for number, (label, values) in enumerate(curves)

@@ -74,6 +74,11 @@ class Drawing(ABC):
         """What draws candidates of one story side by side: its comic and its page."""
         return self.pictures(scripts, title)
 
+    def page_script(self) -> str:
+        """The module, below `render`, that moves its films in pages (render/film_page.py); empty
+        where it has none."""
+        return ""
+
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         """Films without a word about them, that can stand beside each other at one scale.
 

@@ -10,13 +10,19 @@ from i2pdsl.render.files import FilmLook, PictureFiles
 from i2pdsl.render.reasons import account_of
 from i2pdsl.scripts import Script
 from i2pdsl.worlds.kind import Spec
-from i2pdsl.worlds.kinds import drawing_of
+from i2pdsl.worlds.kinds import KINDS, drawing_named, drawing_of
 
 
 def drawing_for(spec: Spec) -> Drawing:
     """What draws a kind of world."""
     found: Drawing = drawing_of(spec)
     return found
+
+
+def page_scripts() -> tuple[str, ...]:
+    """The modules, below `render`, that move films in pages: of each kind that has one."""
+    found = (drawing_named(name).page_script() for name in KINDS)
+    return tuple(script for script in found if script)
 
 
 def pictures_of(

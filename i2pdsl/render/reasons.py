@@ -169,6 +169,7 @@ def _asked(script: Script, question: Question, sentence: Sentence) -> Asked:
     parts = [as_story(words, found) for found in (question.claims, question.condition) if found]
     formal = " | ".join(parts) if question.claims else ""
     claim = f"{_whose(question)}{_claim(question, sentence)}"
+    formal = formal if formal != claim else ""  # there are no other words for it
     return Asked(claim, formal, float(believed[0]), float(believed[-1]))
 
 

@@ -12,8 +12,7 @@ from i2pdsl.editor.surroundings import Surroundings
 from i2pdsl.language.builtins import STATEMENT_WORDS
 from i2pdsl.repl.helping import every_word
 from i2pdsl.repl.state import State
-from i2pdsl.repl.words import COMMAND_WORDS, COMMANDS
-from i2pdsl.worlds.find import find_spec
+from i2pdsl.repl.words import COMMAND_WORDS
 from i2pdsl.worlds.kinds import kind_of
 
 _WORD = re.compile(r"[^\W\d]?\w*$")
@@ -37,7 +36,7 @@ def complete_line(text: str, offset: int, state: State) -> list[Completion]:
         return list(_argument(first, text, begins, offset, state, around))
     found = []
     if first == head:
-        words = [(c.name, "command", c.signature, c.documentation) for c in COMMANDS]
+        words = [(c.name, "command", c.signature, c.documentation) for c in state.commands]
         found = [
             Completion(name, skipped, offset, kind, signature, about)
             for name, kind, signature, about in words
@@ -90,7 +89,7 @@ def _move(typed: str, begins: int, offset: int, state: State) -> Iterator[Comple
     written = match[0] if match else ""
     start = offset - len(written)
     before = part[: len(part) - len(written)].replace("[", " ").replace(":", " ").split()
-    spec = state.program.known or find_spec(state.typed.world, state.program.folder)
+    spec = state.spec
     options = kind_of(spec).options(words, before) if spec is not None else []
     for text, kind in options:
         if text.startswith(written):

@@ -29,8 +29,7 @@ def example_here(example: str, state: State) -> str | None:
     if first in COMMAND_WORDS:  # `table` is one of them, and no thing of the kitchen
         is_said = first in ("load", "save") or not rest
         said = rest if is_said else in_words_of(rest, words)
-        is_missing = said is None or (first == "play" and not words.enumerable)
-        return None if is_missing else f"{first} {said}".strip()
+        return None if said is None else f"{first} {said}".strip()
     told = in_words_of(example, words)
     if told is None or told == example:
         return told

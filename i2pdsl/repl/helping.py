@@ -10,7 +10,7 @@ from i2pdsl.language.forms import Word
 from i2pdsl.repl.examples import example_here, in_words_of
 from i2pdsl.repl.mistakes import INPUT
 from i2pdsl.repl.state import State
-from i2pdsl.repl.words import COMMANDS, command_named
+from i2pdsl.repl.words import COMMANDS
 from i2pdsl.worlds.find import builtin_worlds
 
 _ASKED = ("P(rho > 0 | script[:T])", "P(G_robot | script[:t])", "E[V(robot) | script[:t]]")
@@ -20,7 +20,7 @@ def explain(word: str, state: State) -> str:
     """A word's signature, meaning and example. Raises StoryError for one that means nothing."""
     if not word:
         return _overview(state)
-    parts = [_entry(found, state) for found in (command_named(word), word_named(word)) if found]
+    parts = [_entry(found, state) for found in (state.command(word), word_named(word)) if found]
     parts += _of_the_story(word, state)
     if parts:
         return "\n\n".join(parts)
@@ -40,16 +40,18 @@ def every_word(state: State) -> set[str]:
 
 def _entry(word: Word, state: State) -> str:
     lines = [word.signature, f"    {word.documentation}"]
-    example = example_here(word.example, state)
+    is_of_world = word in state.commands and word not in COMMANDS
+    example = word.example if is_of_world else example_here(word.example, state)
     return "\n".join((*lines, f"    for instance: {example}") if example else lines)
 
 
 def _overview(state: State) -> str:
-    width = max(len(c.signature) for c in COMMANDS)
+    commands = state.commands
+    width = max(len(c.signature) for c in commands)
     asked = (in_words_of(example, state.typed.vocabulary) for example in _ASKED)
     lines = [f"Ask anything: {', '.join(example for example in asked if example)}"]
     lines += ["Statements as in a story: let, pattern, import, assume, world, maximize ...", ""]
-    lines += [f"{c.signature:<{width}}  {c.documentation}" for c in COMMANDS]
+    lines += [f"{c.signature:<{width}}  {c.documentation}" for c in commands]
     words = state.typed.vocabulary
     latents = ", ".join(f"{x.name} in {{{x.domain}}}" for x in words.latents.values())
     forms = " ".join(w.name for w in FORMS)

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, closest, error, moved
 from i2pdsl.language.builtins import STATEMENT_WORDS
-from i2pdsl.repl.words import COMMAND_WORDS, command_named
+from i2pdsl.language.forms import Word
+from i2pdsl.repl.words import COMMAND_WORDS, COMMANDS
 
 INPUT = "input"  # what a line is called in messages
 _WORD = re.compile(r"[^\W\d]\w*")
@@ -21,10 +22,9 @@ def wrong(command: str, rest: str, message: str, hint: str | None = None) -> Sto
     return error("command", message, span, hint)
 
 
-def usage(command: str, rest: str) -> StoryError:
+def usage(command: str, rest: str, commands: Iterable[Word] = COMMANDS) -> StoryError:
     """How a command is written."""
-    word = command_named(command)
-    assert word is not None
+    word = next(word for word in commands if word.name == command)
     what = "cannot be read" if rest else "needs more"
     return wrong(command, rest, f"`{command}` {what}", f"`{word.signature}`")
 

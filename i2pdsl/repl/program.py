@@ -9,7 +9,7 @@ from pathlib import Path
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError
 from i2pdsl.language.builtins import ONCE, STATEMENT_WORDS
 from i2pdsl.language.check import Library, TypedStory, check_source
-from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.methods import LONGEST_STORY, has_audience
 from i2pdsl.language.statements import split_statements
 from i2pdsl.language.vocabulary import Settings, Vocabulary
 from i2pdsl.repl.mistakes import put_into
@@ -84,6 +84,12 @@ class Program:
             return vocabulary_of(self.known.with_settings(dict(settings)))
         return find_vocabulary(name, folder, settings)
 
+    @property
+    def has_audience(self) -> bool:
+        """Whether its search asks viewers."""
+        searches = (re.match(r"search\s+(\w+)", part.text) for part in self.parts)
+        return all(has_audience(found[1]) for found in searches if found)
+
     def check(self) -> TypedStory:
         """The finished story. Raises StoryError."""
         return self._checked(self.text)
@@ -104,8 +110,7 @@ class Program:
     def _of_length(self, length: str) -> TypedStory:
         """The story so far, with a statement that says its length."""
         text = self.text + length
-        naive = any(p.keyword == "search" and "naive" in p.text for p in self.parts)
-        if not self.has("maximize", "minimize") and not naive:
+        if not self.has("maximize", "minimize") and self.has_audience:
             text += f"\n{NO_OBJECTIVE}\n"
         return self._checked(text)
 

@@ -284,7 +284,7 @@ class Session(Desk):
 
     def on_play(self, rest: str) -> Reply:
         if not rest:
-            raise usage("play", rest)
+            raise usage("play", rest, self.state.commands)
         state, shown = self.workshop.played(self, rest)
         self.become(state, f"play {rest}")
         return Reply((shown,))

@@ -7,8 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from i2pdsl.language.check import TypedStory
+from i2pdsl.language.forms import Word
 from i2pdsl.render.characters import Ink
 from i2pdsl.repl.program import Program
+from i2pdsl.repl.words import commands_with
+from i2pdsl.worlds.find import find_spec
+from i2pdsl.worlds.kind import Spec
+from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Kept, Trajectory
 
 SCORED = (  # what a script's objective depends on
@@ -64,6 +69,22 @@ class State:
         if not same:
             return self
         return replace(self, path=solved.path, score=solved.score, is_owed=False)
+
+    @property
+    def spec(self) -> Spec | None:
+        """Its world as data; None where that is not found any more."""
+        return self.program.known or find_spec(self.typed.world, self.program.folder)
+
+    @property
+    def commands(self) -> tuple[Word, ...]:
+        """The session's commands, `play` in the words of its world."""
+        spec = self.spec
+        play = None if spec is None else kind_of(spec).play(self.typed.vocabulary)
+        return commands_with(play)
+
+    def command(self, name: str) -> Word | None:
+        """What a command does."""
+        return next((word for word in self.commands if word.name == name), None)
 
     def about(self) -> dict[str, Any]:
         """What a script file says of its story.

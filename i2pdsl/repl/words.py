@@ -47,9 +47,8 @@ COMMANDS: tuple[Word, ...] = (
     ),
     Word(
         "play",
-        "play WHO ACTION[!], ...",
-        "adds a frame by hand (`!`: the move fails; who is not named stays); on the hill "
-        "`play N`, so many frames of what the hopper does by itself",
+        "play ...",
+        "adds frames by hand, in the words of the world at hand",  # Kind.play says which
         "play cheese west!",
     ),
     Word(
@@ -86,6 +85,6 @@ COMMANDS: tuple[Word, ...] = (
 COMMAND_WORDS = tuple(word.name for word in COMMANDS)
 
 
-def command_named(name: str) -> Word | None:
-    """What a command does."""
-    return next((word for word in COMMANDS if word.name == name), None)
+def commands_with(play: Word | None) -> tuple[Word, ...]:
+    """The commands where `play` is what a kind of world says (Kind.play)."""
+    return tuple(play if play is not None and w.name == play.name else w for w in COMMANDS)

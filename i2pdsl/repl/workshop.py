@@ -10,7 +10,7 @@ import numpy as np
 
 from i2pdsl.errors import Source, Span, StoryError, error, whole_file
 from i2pdsl.language.check import TypedStory
-from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.story import Requirement
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
@@ -22,8 +22,8 @@ from i2pdsl.repl.program import NO_OBJECTIVE, Part, Program, read_program
 from i2pdsl.repl.showing import Belief, Looked, Moved, Text, belief_line
 from i2pdsl.repl.state import Desk, State, Suggestion
 from i2pdsl.scripts import Script, script_from, script_of
-from i2pdsl.search.searches import search_of
-from i2pdsl.search.task import Task, draw_starts
+from i2pdsl.search.searches import search_of, without_requirements
+from i2pdsl.search.task import Task
 from i2pdsl.stories import Story
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.kinds import kind_of
@@ -87,7 +87,7 @@ class Workshop:
         new = _story(state).spec
         if not len(state.path.actions):
             return replace(state, path=None), ()
-        if old.kind == new.kind and kind_of(old).has_same_rules(old, new):
+        if kind_of(old) is kind_of(new) and kind_of(old).has_same_rules(old, new):
             return state, ()
         gone = "the script is gone: it is none of this world (`undo` brings it back)"
         return replace(state, path=None, score=None, is_owed=False, kept=None), (gone,)
@@ -281,7 +281,7 @@ class Workshop:
         if expression:
             part = Part("\n", f"maximize {expression}")
             program = program.without("maximize").without("minimize").with_part(part)
-        if program.has("search") and any("naive" in p.text for p in program.parts):
+        if not program.has_audience:
             program = program.without("search")
         if not program.has("maximize", "minimize"):
             raise error(
@@ -310,11 +310,7 @@ class Workshop:
             paths, scores = [longer for longer, _ in found], np.array([score for _, score in found])
             broken: list[tuple[Requirement, ...]] = [()] * len(paths)
             if paths and story.typed.requirements:
-                from i2pdsl.search.onward import without_requirements
-
-                with task.searching():
-                    told_apart = without_requirements(story.typed, world, task.objective, paths)
-                scores, broken = told_apart
+                scores, broken = without_requirements(task, paths)
         suggestions = []
         for longer, score, missed in zip(paths, scores.tolist(), broken, strict=True):
             told = kind_of(world.spec).continuation_in_words(world, longer, script.length + 1)
@@ -338,9 +334,8 @@ def story_of(typed: TypedStory, program: Program) -> Story:
 
 
 def first_picture(world: World, story: Story) -> Trajectory:
-    """A script of no frames: the first picture that the story allows, drawn with seed 0."""
-    allowed = Task(story.typed, world, Watch()).starts
-    return empty(world, draw_starts(allowed, 1, 0)[0])
+    """A script of no frames: a first picture that the story allows."""
+    return empty(world, Task(story.typed, world, Watch()).first)
 
 
 def _script(state: State, world: World, path: Trajectory) -> Script:

@@ -9,7 +9,7 @@ import numpy as np
 
 from i2pdsl.errors import error, whole_file
 from i2pdsl.language import typed as ty
-from i2pdsl.language.story import SearchPlan, TypedStory, default_assumption
+from i2pdsl.language.story import Requirement, SearchPlan, TypedStory, default_assumption
 from i2pdsl.search.task import Found, Search, Task, draw_more, draw_starts
 from i2pdsl.worlds.kinds import kind_of
 from i2pdsl.worlds.record import Trajectory, extended, followed
@@ -153,6 +153,17 @@ class Naive(Search):
 
     def onward(self, task: Task, path: Trajectory, frames: int) -> list[tuple[Trajectory, float]]:
         return []
+
+
+def without_requirements(
+    task: Task, paths: list[Trajectory]
+) -> tuple[np.ndarray, list[tuple[Requirement, ...]]]:
+    """What continuations are worth as prefixes of a story whatever it requires, [S], and the
+    requirements that each has broken for good. Raises StoryError, KeyboardInterrupt."""
+    with task.searching():
+        from i2pdsl.search import onward
+
+        return onward.without_requirements(task.story, task.world, task.objective, paths)
 
 
 def depicted_event(objective: tuple[tuple[int, ty.Typed], ...]) -> ty.Mask | None:

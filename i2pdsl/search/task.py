@@ -66,6 +66,13 @@ class Task:
         return allowed[breaks == breaks.min()]
 
     @property
+    def first(self) -> np.ndarray:
+        """Where a script begins that nobody searches for: bodies where their file has them
+        if it may be so, others anywhere (drawn with seed 0). Raises StoryError."""
+        listed = self.story.vocabulary.enumerable
+        return draw_starts(self.starts, 1, 0)[0] if listed else self.starts[0]
+
+    @property
     def events(self) -> tuple[int, ...]:
         """The events that the story allows, in the world's numbers."""
         return self.world.events(self.story.allow)
@@ -107,7 +114,7 @@ def draw_more(allowed: np.ndarray, drawn: np.ndarray, effort: int, seed: int) ->
 
 class Search(Protocol):
     """A way to look for the script of a story. The settings that a story gives it, and the worlds
-    that it can search, are those of its name in language/settings.py.
+    that it can search, are those of its name in language/methods.py.
 
     Attributes:
         offers_all: whether all that it finds are candidates, as each came from elsewhere;

@@ -41,17 +41,17 @@ def wishes_of(
         best: Frame | None = None if competes else frames
         if search is not None and competes and finished:
             try:
-                best, finished = _best(_alone(task, number), search, seed)
+                best, finished = _best(_alone(task, number, search), search, seed)
             except KeyboardInterrupt:
                 finished = False
         found.append(wish(text, sign, value, task.world, frames, best))
     return tuple(found), finished
 
 
-def _alone(task: Task, number: int) -> Task:
+def _alone(task: Task, number: int, search: Search) -> Task:
     """The search for one wish, as long as its share of the story's own, or of PATIENCE."""
     parts, plan = len(task.story.objective), task.story.search
-    starts, polish = _affordable(task) if plan.method == "beam" else (plan.starts, plan.polish)
+    starts, polish = _affordable(task) if search.takes_effort else (plan.starts, plan.polish)
     starts, seeds = max(1, starts // parts), max(1, plan.seeds // parts)
     shorter = replace(plan, starts=starts, seeds=seeds, polish=polish)
     story = replace(task.story, search=shorter)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from i2pdsl.errors import StoryError, error, whole_file
+from i2pdsl.language.methods import has_audience
 from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.objective.replay import replay
 from i2pdsl.objective.terms import score_script
@@ -167,7 +168,7 @@ def suggestions(
     count = min(frames or usual, most, story.typed.length - frame)
     if not 0 <= frame <= script.length or count < 1:
         raise Refusal(USAGE, f"nothing follows frame {frame}")
-    if story.typed.search.method == "naive":
+    if not has_audience(story.typed.search.method):
         raise Refusal(REFUSED, "this story is made without an audience")
     path = script.trajectory
     begun = Trajectory(path.actions[:frame], path.states[: frame + 1])
@@ -217,11 +218,7 @@ def kept(made: Made, first: int, last: int, write: Callable[[], str]) -> list[st
 
 def first_picture(made: Made) -> str:
     """A condition that describes the first picture of a film."""
-    script, words = made.script, made.script.world.vocabulary
-    if not words.enumerable:
+    told = kind_of(made.script.world.spec).begun(made.script.record)
+    if not told:
         raise Refusal(REFUSED, "in this world stories have no words for the first picture")
-    told = [
-        f"absent({name})" if cell is None else f"at({name}, ({cell[0]}, {cell[1]}))"
-        for name, cell in script.record.start.items()
-    ]
-    return " and ".join(told)
+    return told

@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
+from i2pdsl.render.film_page import part
 from i2pdsl.render.modules import one_module
+from i2pdsl.render.pictures import page_scripts
 from i2pdsl.stories import Script, Story
 from i2pdsl.studio.channel import Channel
 from i2pdsl.studio.page import Page
@@ -27,26 +29,26 @@ from i2pdsl.studio.studio import Studio
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-KINDS = ("grid/kitchen.js", "plane/plane.js", "hill/hill.js")
 CHANGED = "textDocument/didChange"
 
 
 @cache
-def module_of_widget() -> str:
-    """The widget's module, with everything inside."""
-    package = files("i2pdsl")
+def module_of_widget(scripts: tuple[str, ...]) -> str:
+    """The widget's module, with everything inside; `scripts` move its films (page_scripts)."""
+    client = files("i2pdsl.studio") / "client"
 
     def read(path: str) -> str:
-        folder = "" if path.startswith("/render/") else "studio/client/"
-        found = (package / f"{folder}{path.removeprefix('/')}").read_text(encoding="utf-8")
+        render = path.startswith("/render/")
+        name = path.removeprefix("/render/" if render else "/")
+        found = part(name) if render else (client / name).read_text(encoding="utf-8")
         return found if found.endswith("\n") else f"{found}\n"
 
     # What draws each kind of film comes in as an import like all others.
     imports = "".join(
-        f'import {{ makeStage as kind{number} }} from "/render/{kind}";\n'
-        for number, kind in enumerate(KINDS)
+        f'import {{ makeStage as kind{number} }} from "/render/{script}";\n'
+        for number, script in enumerate(scripts)
     )
-    makers = ", ".join(f'"{kind}": kind{number}' for number, kind in enumerate(KINDS))
+    makers = ", ".join(f'"{script}": kind{number}' for number, script in enumerate(scripts))
     sheets = {
         name: "\n".join(read(path) for path in paths)
         for name, paths in {
@@ -121,7 +123,7 @@ class StudioWidget(anywidget.AnyWidget):
         self._page: Page | None = None
         text = story.typed.source.text
         uri = self._studio.folder.uri(f"{story.typed.name}.story")
-        super().__init__(_esm=module_of_widget(), text=text, uri=uri)
+        super().__init__(_esm=module_of_widget(page_scripts()), text=text, uri=uri)
         self.on_msg(self._received)
 
     def _received(self, _: Any, content: Any, buffers: Any) -> None:

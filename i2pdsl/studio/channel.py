@@ -55,10 +55,6 @@ class Channel:
         """A notification; in the loop's thread."""
         self.send({"method": f"{OURS}{name}", "params": finite(params)})
 
-    def notify_soon(self, name: str, params: dict[str, Any]) -> None:
-        """A notification; from any thread."""
-        self.loop.call_soon_threadsafe(self.notify, name, params)
-
     # In.
 
     def received(self, text: str) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from i2pdsl.scripts import Script
 
 TEXTS = {".story": "story", ".world": "world"}
-KINDS = {**TEXTS, ".json": "script", ".svg": "sprite", ".png": "sprite"}
+FILES = {**TEXTS, ".json": "script", ".svg": "sprite", ".png": "sprite"}
 MOST_FILES, MOST_ENTRIES, DEEPEST = 2000, 20_000, 8  # of a folder that is somebody's home
 _HEAD = 2000  # bytes that tell what a file is
 
@@ -103,7 +103,7 @@ class Folder:
                             inside = f"{before}{entry.name}/"
                             yield from self._seen(Path(entry.path), inside, numbers, depth + 1)
                         continue
-                    kind = KINDS.get(Path(entry.name).suffix.lower())
+                    kind = FILES.get(Path(entry.name).suffix.lower())
                     if kind is None or (entry.is_symlink() and not self._is_inside(entry.path)):
                         continue
                     if entry.is_file():

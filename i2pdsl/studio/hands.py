@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language import ast
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.naming import same_name
 from i2pdsl.language.parse import parse_expression
-from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.studio.protocol import REFUSED, USAGE, Refusal
 from i2pdsl.studio.text import Change, StoryText, parts, whose
 

@@ -70,7 +70,7 @@ def preview(story: Story, seed: int, watch: Watch) -> Better:
 
 def looks_again(story: Story) -> bool:
     """Whether `refined` looks for another film than `preview`: where bodies move it does not."""
-    return story.typed.search.method == "beam"
+    return search_of(story.typed).takes_effort
 
 
 def refined(story: Story, seed: int, watch: Watch) -> Better:

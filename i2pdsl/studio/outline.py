@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from i2pdsl.language import ast
-from i2pdsl.language.settings import LONGEST_STORY
+from i2pdsl.language.methods import LONGEST_STORY, has_audience
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.stories import Story
@@ -56,7 +56,7 @@ def abilities(story: Story) -> dict[str, Any]:
         "start": words.enumerable or words.size is not None,
         "hold": "at" in words.predicates or not words.enumerable,
         "effort": words.enumerable,
-        "suggest": story.typed.search.method != "naive",
+        "suggest": has_audience(story.typed.search.method),
         "events": {event: list(things) for event, things in words.events.items()},
         "formats": list(drawing.files.offered),
         "transparent": drawing.files.can_be_transparent,

@@ -15,19 +15,19 @@ from i2pdsl.language.statements import check_text, read_source
 from i2pdsl.study.spec import (
     CHOICE,
     HIGH,
-    KINDS,
     LOW,
     PAIR,
     PRIORS,
+    QUESTIONS,
     RULES,
     SLIDER,
     STORY,
-    Answer,
     Between,
     Condition,
     Drawn,
     Method,
     OneOf,
+    Option,
     Pair,
     Panel,
     Question,
@@ -252,10 +252,10 @@ class _Reader(BlockReader):
             _spans(block),
         )
 
-    def answer(self, block: Block) -> Answer:
+    def answer(self, block: Block) -> Option:
         label, event = self.text(block, "label") or block.name, self.text(block, "event")
         span = block.entries["event"].span if event else block.span
-        return Answer(block.name, label, event, span)
+        return Option(block.name, label, event, span)
 
     def question(self, blocks: list[Block], answers: list[Block], pairs: list[Block]) -> Question:
         usual = PAIR if pairs else CHOICE
@@ -265,7 +265,7 @@ class _Reader(BlockReader):
                 self.problem("study-block", "the study asks nothing", whole, hint)
             return Question("", usual, "", "", "", False, "nothing")
         block = blocks[0]
-        kind = self.word(block, "kind", usual, KINDS)
+        kind = self.word(block, "kind", usual, QUESTIONS)
         event = self.text(block, "event")
         need = lambda message, hint: (
             None

@@ -10,7 +10,7 @@ from i2pdsl.errors import Span
 from i2pdsl.fit.judgements import FIRST
 from i2pdsl.untrusted import plain_name
 
-CHOICE, SLIDER, PAIR = KINDS = ("choice", "slider", "pair")
+CHOICE, SLIDER, PAIR = QUESTIONS = ("choice", "slider", "pair")
 HIGH, LOW = "high", "low"  # the sides of a slider
 MAXIMUM, MATCHING = RULES = ("maximum", "matching")
 WORLD, EVEN = PRIORS = ("world", "even")
@@ -56,7 +56,7 @@ class Method:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Option:
     """One of the answers of a choice.
 
     Attributes:
@@ -201,7 +201,7 @@ class Study:
     conditions: tuple[Condition, ...]
     methods: tuple[Method, ...]
     question: Question
-    answers: tuple[Answer, ...]
+    answers: tuple[Option, ...]
     pairs: tuple[Pair, ...]
     panels: tuple[Panel, ...]
     people: Mapping[tuple[str, str], float]

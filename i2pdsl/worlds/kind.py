@@ -10,9 +10,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, error, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.blocks import Syntax
 from i2pdsl.worlds.drawings import Files
 
@@ -144,11 +146,13 @@ class Kind(ABC):
         suggested: the frames that the REPL's `suggest` adds without a number, and at most.
         acts_by_hypothesis: whether what a hypothesis says decides how characters act, so that
             the naive must be given one.
+        catalogued: the built-in worlds in which a catalogue shows patterns, if none is named.
     """
 
     syntax: ClassVar[Syntax]
     suggested: ClassVar[tuple[int, int]]
     acts_by_hypothesis: ClassVar[bool] = True
+    catalogued: ClassVar[tuple[str, ...]] = ()
 
     # As data: no arrays, no JAX.
 
@@ -217,6 +221,10 @@ class Kind(ABC):
         """What is odd about it, or about a story in it, without being a mistake."""
         return ()
 
+    def roles(self, spec: Any, words: Vocabulary) -> dict[str, str]:
+        """The holes of beginnings (worlds/beginnings.py) that a world can fill, and with what."""
+        return roles_among((), words)
+
     def has_same_rules(self, one: Any, other: Any) -> bool:
         """Whether what can happen is the same in two worlds: only what viewers expect differs."""
         return bool(one == other)
@@ -284,6 +292,11 @@ class Kind(ABC):
             raise error("positions", message, table.place)
         return inferred_turns(self, world, table)
 
+    def begun(self, record: Record) -> str:
+        """A condition that describes the first picture of a script; empty where stories have no
+        words for it."""
+        return ""
+
     def kept(self, world: Any, path: Trajectory, first: int, last: int) -> list[str]:
         """Statements that pin frames `first`..`last` of a script as they are, or where bodies move
         nearly so; none where stories have no words for that."""
@@ -315,6 +328,10 @@ class Kind(ABC):
         return True
 
     # By hand.
+
+    @abstractmethod
+    def play(self, words: Vocabulary) -> Word:
+        """What `play` is in one of its worlds: how it is written, what it does, an example."""
 
     @abstractmethod
     def played(

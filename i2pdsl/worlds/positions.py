@@ -15,8 +15,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, did_you_mean, error, shorten
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.naming import same_name
-from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import read_source
 from i2pdsl.language.vocabulary import Vocabulary
 

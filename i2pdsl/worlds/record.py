@@ -14,8 +14,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import Source, Span, error, shorten, whole_file
+from i2pdsl.language.methods import LONGEST_STORY
 from i2pdsl.language.naming import same_name
-from i2pdsl.language.settings import LONGEST_STORY
 from i2pdsl.language.statements import LONGEST_FILE, read_source
 from i2pdsl.resources import write_text
 from i2pdsl.untrusted import RepeatedKeyError, json_excess, without_repetition

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -379,83 +378,3 @@ def single_precision(array: np.ndarray) -> np.ndarray:
     if array.dtype.kind == "f":
         return array.astype(np.float32, copy=False)
     return array.astype(np.int32, copy=False) if array.dtype.kind in "iu" else array
-
-
-class ContinuousWorld:
-    """What worlds of moving bodies have in common: states and actions are vectors, everything is
-    observed, nothing fails by chance. And what they lack, since nothing can be listed: the checker
-    refuses stories that would need it."""
-
-    spec: Any
-    tables: Any
-    weak_chances: tuple[float, ...] = ()
-    rows_are_scaled = keeps_doubt = False
-    lists_hypotheses = True
-    lists_states = False
-    turn_count = event_slots = 0
-    dropped: tuple[int, ...] = ()
-
-    @property
-    def name(self) -> str:
-        return str(self.spec.name)
-
-    @cached_property
-    def search_tables(self) -> Tables:
-        return on_device(self.tables)
-
-    def log_prior(self, tables: Tables) -> Array:
-        return tables.log_prior
-
-    def forgetting(self, tables: Tables) -> Array:
-        return tables.forgetting
-
-    def holdings(self, tables: Tables) -> tuple[HoldingTables | None, ...]:
-        return ()
-
-    def holding(self, viewers: tuple[Viewer, ...]) -> NoReturn:
-        raise NotImplementedError("nobody holds particles")
-
-    def acting(self, rows: np.ndarray, generator: np.random.Generator) -> NoReturn:
-        raise NotImplementedError("actions cannot be listed")
-
-    def alternatives(
-        self, tables: Tables, state: Array, action: Array, after: Array
-    ) -> tuple[tuple[Array, Array], ...]:
-        return ()
-
-    def is_observed(self, action: Array) -> Array:
-        xp = action.__array_namespace__()
-        return xp.ones(action.shape[:-1], dtype=bool)
-
-    def all_states(self, tables: Tables) -> NoReturn:
-        raise NotImplementedError("states cannot be listed")
-
-    def events(self, allowed: tuple[tuple[str, str], ...]) -> tuple[int, ...]:
-        return ()
-
-    def small(self, about: frozenset[int]) -> None:
-        return None
-
-    def row(self, tables: Tables, rows: Array, state: Array) -> NoReturn:
-        raise NotImplementedError("states have no cells")
-
-    def drops(self, tables: Tables, state: Array) -> NoReturn:
-        raise NotImplementedError("nothing happens but what characters do")
-
-    def act(self, tables: Tables, state: Array, turn: Turn) -> NoReturn:
-        raise NotImplementedError("actions have no names")
-
-    def is_turn(self, tables: Tables, before: Array, action: Array, turn: Any) -> NoReturn:
-        raise NotImplementedError("actions have no names")
-
-    def turns(self, tables: Tables, state: Array) -> NoReturn:
-        raise NotImplementedError("actions cannot be listed")
-
-    def endings(self, tables: Tables, state: Array) -> NoReturn:
-        raise NotImplementedError("actions cannot be listed")
-
-    def branch_actions(self, who: int) -> NoReturn:
-        raise NotImplementedError("actions cannot be listed")
-
-    def attempts(self, tables: Tables, state: Array, action: Array) -> NoReturn:
-        raise NotImplementedError("nobody's actions fail by chance")

@@ -16,9 +16,8 @@ from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from fuzz_for_tests import examples
 from i2pdsl.editor import textmate
 from i2pdsl.editor.colours import (
-    MORE_KINDS,
     TERMINALS,
-    WORLD_KINDS,
+    WORLD_TERMINALS,
     Piece,
     colour,
     colour_world,
@@ -53,8 +52,9 @@ def test_every_terminal_has_a_kind() -> None:
     assert set(TERMINALS) == {t.name for t in tables().terminals}
     for kind in WORLD_KIND_NAMES:
         names = {t.name for t in world_tables(kind_named(kind).syntax.grammar).terminals}
-        assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_KINDS)
-    kinds = {*TERMINALS.values(), *WORLD_KINDS.values(), *MORE_KINDS}
+        assert {n for n in names if not n.endswith("_KW")} <= set(WORLD_TERMINALS)
+    unsaid = {"function", "call", "latent", "definition", "constant", "error"}  # by terminals alone
+    kinds = {*TERMINALS.values(), *WORLD_TERMINALS.values(), *unsaid}
     assert set(TOKENS) == kinds
     assert set(textmate.SCOPES) == kinds - {"space"}
 
@@ -132,7 +132,7 @@ def test_worlds_are_cut_as_the_parser_cuts_them(path: Path) -> None:
     expected = list(real_tokens(path))
     assert sorted(pieces) == sorted((start, end) for _, start, end in expected)
     for terminal, start, end in expected:
-        kind, found = WORLD_KINDS.get(terminal, "keyword"), pieces[start, end].kind
+        kind, found = WORLD_TERMINALS.get(terminal, "keyword"), pieces[start, end].kind
         assert found == kind or (kind == "name" and found == "definition"), text[start:end]
 
 

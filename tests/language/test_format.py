@@ -140,7 +140,7 @@ def test_worlds() -> None:
     )
     expected = (
         "# a world\n\nmap\n\t#.#\n\t...\n\ncharacter mouse  # small\n    success = 0.5\n"
-        '     goals = {cheese, none}\n    color = "#aabbcc"\ntile cheese\n    cell = (1, 0)\n'
+        '    goals = {cheese, none}\n    color = "#aabbcc"\ntile cheese\n    cell = (1, 0)\n'
         "planning\n    order = [mouse]\nrewards\n    move = -1\n"
     )
     result = format_world(Source("w", text))
@@ -154,6 +154,24 @@ def test_worlds() -> None:
     )
     with pytest.raises(StoryError):
         format_world(Source("w", "map\n    ...\ncharacter a\n    success 1\n"))
+
+
+@pytest.mark.parametrize(
+    ("messy", "expected"),
+    [
+        (" width = 12\n  height=8\n", "    width = 12\n    height = 8\n"),
+        ("\twidth=12\n  height=8\n", "    width = 12\n    height = 8\n"),
+        ("      width=12\n # high\n  height=8\n", "    width = 12\n    # high\n    height = 8\n"),
+        (" width=12 height=8\n", "    width = 12 height = 8\n"),
+    ],
+)
+def test_entries_of_a_block_stand_below_each_other(messy: str, expected: str) -> None:
+    """However they were indented; what continues an entry keeps its place beside it."""
+    text = f"kind = plane\nsize\n{messy}wall\n points = [(0, 4),\n           (5, 4)]\n"
+    wall = "wall\n    points = [(0, 4),\n              (5, 4)]\n"
+    result = format_world(Source("w", text))
+    assert result == f"kind = plane\nsize\n{expected}{wall}"
+    assert format_world(Source("w", result)) == result
 
 
 def test_attitudes_toward_several() -> None:

@@ -165,6 +165,8 @@ def test_frames_that_hurt_are_the_fewest_that_make_half(
 class Refuses:
     """A search that must not be used, or that is interrupted."""
 
+    takes_effort = True
+
     def __init__(self, problem: BaseException):
         self.problem = problem
 
@@ -195,6 +197,8 @@ def test_all_searches_together_are_one(torn: Story, found: Result) -> None:
     starts = []
 
     class Counts:
+        takes_effort = True
+
         def solve(self, task: Any, *rest: Any) -> Any:
             starts.append((task.story.search.starts, task.only))
             return search_of(task.story).solve(task, *rest)
@@ -247,5 +251,5 @@ def test_what_is_possible_is_looked_for_no_longer_than_a_minute(
         monkeypatch.setattr(wishes_module, "PATIENCE", long / share)
         assert wishes_module._affordable(task) == afforded
     monkeypatch.setattr(wishes_module, "PATIENCE", long / 24.1)
-    alone = wishes_module._alone(task, 1).story.search
+    alone = wishes_module._alone(task, 1, search_of(task.story)).story.search
     assert (alone.starts, alone.polish) == (9, 0)  # a third of the 29

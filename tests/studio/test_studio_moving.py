@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from i2pdsl.errors import StoryError
+from i2pdsl.errors import Source, StoryError
+from i2pdsl.language.check import check_source
+from i2pdsl.objective.starts import allowed_starts
 from i2pdsl.render.pictures import drawing_for
 from i2pdsl.render.plane.page import page_view
 from i2pdsl.stories import Script
 from i2pdsl.studio import hands, making
+from i2pdsl.studio.asking import first_picture
 from i2pdsl.studio.during import offers
 from i2pdsl.studio.made import Made
 from i2pdsl.studio.outline import outline
@@ -23,6 +26,8 @@ from i2pdsl.studio.spots import spots
 from i2pdsl.studio.text import StoryText
 from i2pdsl.worlds.find import find_spec
 from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.kinds import kind_of, parse_world
+from i2pdsl.worlds.record import Record
 from studio.conftest import Desk
 from studio_for_tests import Served
 
@@ -32,6 +37,19 @@ WALK = (
     "search naive\npin script[24]: at(big, (4, 6))\n"
 )
 PULL = "world hill\nlength 30\nmaximize depict(weight = 0.5)\nsearch naive\n"
+
+TINY = """\
+map
+    G..
+
+tile goal
+    symbol = G
+character she
+    goals = goal
+    pushes = ball
+object ball
+    may_be_absent = yes
+"""
 
 
 def made(text: str) -> Made:
@@ -204,3 +222,31 @@ def test_what_is_offered_in_each_world(walk: Made, pull: Made, tmp_path: Path) -
     assert (hill["drag"], hill["start"], hill["hold"]) == (["hopper", "box"], False, True)
     with pytest.raises(Refusal, match="begin like this"):
         spots(pull.story, making.world_of(pull.story, Watch()), 0, "box")
+
+
+def test_a_first_picture_is_said_in_words(walk: Made, pull: Made) -> None:
+    """Everybody at a point, and nobody anywhere else; the hill has no words for it."""
+    text = hands.start(StoryText(WALK), first_picture(walk)).text
+    story = making.read(text, "moving.story", Path())
+    starts = allowed_starts(making.world_of(story, Watch()), story.typed.start)
+    assert np.unique(starts, axis=0).tolist() == [walk.script.trajectory.states[0].tolist()]
+    assert starts[0, 2:4].tolist() == [2, 7]
+    with pytest.raises(Refusal, match="no words for the first picture"):
+        first_picture(pull)
+
+
+def test_every_first_picture_on_a_map_is_said_in_words() -> None:
+    """Also where something is absent: each is told from all others."""
+    source = Source("tiny.world", TINY)
+    spec = parse_world(source, "tiny")
+    kind = kind_of(spec)
+    world = kind.rules(spec)
+    told = set()
+    for state in world.starts():
+        record = Record({}, {}, None, kind.start_as_json(world, state), ())
+        condition = kind.begun(record)
+        story = f"world tiny\nlength 1\nstart {condition}\nsearch naive\n"
+        typed = check_source(Source("s.story", story), lambda *_: kind.vocabulary(spec))
+        assert allowed_starts(world, typed.start).tolist() == [state]
+        told |= set(re.findall(r"(\w+)\(", condition))
+    assert told == {"at", "absent"}

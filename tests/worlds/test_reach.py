@@ -9,7 +9,8 @@ import pytest
 
 from commands_for_tests import Run
 from i2pdsl.errors import Source
-from i2pdsl.worlds.grid.parse import load_world, parse_world
+from i2pdsl.worlds.find import find_spec
+from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.policy import action_values
 from i2pdsl.worlds.grid.reach import goal_warnings, worthwhile_steps
 from i2pdsl.worlds.grid.spec import STAY, Settings
@@ -30,7 +31,7 @@ def told(text: str) -> list[str]:
 @pytest.mark.parametrize("name", ["fork", "kitchen", "maze", "porters"])
 def test_nothing_is_said_of_the_worlds_that_ship(name: str) -> None:
     path = STORIES / "worlds" / f"{name}.world"
-    assert goal_warnings(load_world(path), str(path)) == ()
+    assert goal_warnings(find_spec(name), str(path)) == ()
 
 
 def test_a_goal_that_nobody_can_reach() -> None:

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from i2pdsl.errors import Diagnostic, Source, StoryError
+from i2pdsl.worlds.find import find_spec
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
-from i2pdsl.worlds.grid.parse import load_world, parse_world
+from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
 from i2pdsl.worlds.grid.words import ELSEWHERE, KEYS
@@ -179,7 +180,7 @@ def test_all_mistakes_in_one_go_and_in_order() -> None:
 
 
 def test_the_kitchen() -> None:
-    spec = load_world(ROOT / "stories" / "worlds" / "kitchen.world")
+    spec = find_spec("kitchen")
     assert spec.name == "kitchen"
     assert (len(spec.free_cells), spec.state_count) == (60, 208_860)
     assert spec.entities == ("cheese", "robot", "table")
@@ -426,7 +427,7 @@ def test_words_of_other_blocks_and_of_other_tools_are_told_where_they_belong() -
 
 def test_worlds_tell_their_own_number_of_hypotheses() -> None:
     for name in ("kitchen", "fork", "maze"):
-        spec = load_world(ROOT / "stories" / "worlds" / f"{name}.world")
+        spec = find_spec(name)
         about = grid_vocabulary(spec).settings["hypotheses"].documentation
         for kind in ("merged", "literal"):
             count = len(grid_hypotheses(spec.with_settings({"hypotheses": kind})))

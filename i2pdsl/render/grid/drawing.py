@@ -32,6 +32,11 @@ class GridDrawing(Drawing):
 
         return GridSheet(scripts, title)
 
+    def page_script(self) -> str:
+        from i2pdsl.render.grid.page import SCRIPT
+
+        return SCRIPT
+
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         from i2pdsl.render.grid.page import alone
 

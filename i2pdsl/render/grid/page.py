@@ -28,6 +28,7 @@ from i2pdsl.render.markup import plain
 from i2pdsl.render.mind import Mark, Panel
 from i2pdsl.render.reasons import Account
 
+SCRIPT = "grid/kitchen.js"  # what moves films in pages
 CELL = 100.0  # units of the stage's viewBox to a cell
 SHOWN = 900.0, 600.0  # pixels of a usual screen that a stage has, about
 
@@ -83,7 +84,7 @@ def moving(
     width, height = scene_size(stage, CELL)
     return film_page.Film(
         stage_svg(stage, film, heading), width / height, last, *clock, captions,
-        range(last + 1), "grid/kitchen.js", film_data(stage, film),
+        range(last + 1), SCRIPT, film_data(stage, film),
     )  # fmt: skip
 
 
@@ -96,7 +97,7 @@ def alone(stage: Stage, script: Mapping[str, Any], film: Film, places: int) -> A
         [stage_svg(stage, film, NAME, f"-{place}", symbols) for place in range(places)],
         width / height,
         seconds.tolist(),
-        "grid/kitchen.js",
+        SCRIPT,
         {"shows": [film_data(stage, film)]},
         frame_captions(stage, script, film),
     )

@@ -378,13 +378,12 @@ def _wall(stage: Stage, at: Cell, cell: float) -> str:
     edge = mix(stage.wall, BLACK, 0.42)
     # A little wider than the cell, lest a seam shows between neighbours.
     parts = [_rect(x - 0.2, y - 0.2, cell + 0.4, cell + 0.4, stage.wall)]
-    kitchen = "kitchen" in stage.name.lower()
     if not beside["south"]:
         front = y + (1 - FRONT) * cell
         parts.append(_rect(x - 0.2, front, cell + 0.4, FRONT * cell, mix(stage.wall, BLACK, 0.18)))
-        if kitchen:
+        if stage.has_counters:
             parts.append(_doors(stage, x, front, cell))
-    if kitchen:
+    if stage.has_counters:
         # Some counters carry something, the same ones in every picture.
         utensil = UTENSIL_DRAWINGS.get((3 * c + 5 * r) % 11, "")
         place = f"translate({x + 0.5 * cell:g} {y + 0.36 * cell:g}) scale({cell / 100:g})"

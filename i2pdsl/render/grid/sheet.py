@@ -13,7 +13,7 @@ import numpy as np
 from i2pdsl.render.files import PictureFiles, printable
 from i2pdsl.render.film_page import Film, film_page
 from i2pdsl.render.grid.comic import comic_svg
-from i2pdsl.render.grid.page import CELL, film_data, poses_of, stage_svg
+from i2pdsl.render.grid.page import CELL, SCRIPT, film_data, poses_of, stage_svg
 from i2pdsl.render.grid.pictures import GridPictures
 from i2pdsl.render.grid.scene import scene_size, stage_symbols
 from i2pdsl.render.lettering import heading_svg
@@ -100,7 +100,7 @@ class GridSheet(PictureFiles):
             rests=rests,
             captions=captions,
             happenings=range(lasting + 1),
-            script="grid/kitchen.js",
+            script=SCRIPT,
             data={"shows": [film_data(each.stage, each.film) for each in self.each]},
             classes="theatre wide",
         )

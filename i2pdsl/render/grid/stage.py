@@ -93,6 +93,11 @@ class Stage:
         """Those of the cast who act, in acting order."""
         return tuple(actor for actor in self.cast if actor.kind == "character")
 
+    @property
+    def has_counters(self) -> bool:
+        """Whether its blocks are drawn as a kitchen's, after its name as tiles are after theirs."""
+        return "kitchen" in self.name.lower()
+
     def is_wall(self, cell: Cell) -> bool:
         """Whether the cell cannot be walked on; outside the map counts as wall."""
         column, row = cell

@@ -21,6 +21,7 @@ from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.springs import FRAME_SECONDS
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER
 from i2pdsl.worlds.hill.world import HillWorld
+from i2pdsl.worlds.kinds import kind_of
 
 ROOM = 0.5  # units up and down the slope that are as good as where somebody was put
 
@@ -32,10 +33,15 @@ class HillDrawing(Drawing):
     def pictures(self, scripts: Sequence[Script], title: str | None = None) -> HillPictures:
         from i2pdsl.render.hill.told import performance_of
 
-        if any(s.world.spec.kind != scripts[0].world.spec.kind for s in scripts):
+        if any(kind_of(s.world.spec) is not kind_of(scripts[0].world.spec) for s in scripts):
             raise one_by_one(scripts)
         alone = title if len(scripts) == 1 else None
         return HillPictures([performance_of(s, alone) for s in scripts], title)
+
+    def page_script(self) -> str:
+        from i2pdsl.render.hill.page import SCRIPT
+
+        return SCRIPT
 
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         from i2pdsl.render.hill.page import alone

@@ -23,6 +23,7 @@ from i2pdsl.render.performances import HUES
 from i2pdsl.render.reasons import Account
 from i2pdsl.worlds.hill.hopper import HAND, HIPS, HOOK
 
+SCRIPT = "hill/hill.js"  # what moves films in pages
 GRAIN = 100  # steps to a unit of the world (and to a whole pull) in the page's numbers
 _UNSEEN = '<ul class="lanes" hidden><li><span class="way"></span><b></b></li></ul>'
 TOLD = 16  # captions that are listed where they change too often to list all
@@ -64,7 +65,7 @@ def moving(
         rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
-        script="hill/hill.js",
+        script=SCRIPT,
         data=_data(performances),
         classes="theatre wide" if several else "theatre",
     )
@@ -79,7 +80,7 @@ def alone(performances: Sequence[Performance], places: int) -> list[Alone]:
         stages = [_show(place, bare, view, False) + _UNSEEN for place in range(places)]
         seconds = [each.frame_seconds] * each.frames
         aspect = view.width / view.height
-        found.append(Alone(stages, aspect, seconds, "hill/hill.js", _data([bare])))
+        found.append(Alone(stages, aspect, seconds, SCRIPT, _data([bare])))
     return found
 
 

@@ -36,6 +36,11 @@ class PlaneDrawing(Drawing):
         alone = title if len(scripts) == 1 else None
         return PlanePictures([performance_of(s, alone) for s in scripts], title)
 
+    def page_script(self) -> str:
+        from i2pdsl.render.plane.page import SCRIPT
+
+        return SCRIPT
+
     def alone(self, scripts: Sequence[Script], places: int) -> list[Alone]:
         from i2pdsl.render.plane.page import alone
         from i2pdsl.render.plane.told import performance_of

@@ -34,6 +34,7 @@ from i2pdsl.render.plane.stage import Stage, stage_within
 from i2pdsl.render.reasons import Account
 from i2pdsl.worlds.plane.spec import PlaneSpec
 
+SCRIPT = "plane/plane.js"  # what moves films in pages
 SHOWN = 560.0, 400.0  # pixels that a stage usually has on a screen, about
 ROW = 1120.0  # pixels that a row of several has
 TOLD = 16  # captions that are listed where they change too often to list all
@@ -79,7 +80,7 @@ def moving(
         rests=rests,
         captions=captions,
         happenings=_happenings(captions, lasting),
-        script="plane/plane.js",
+        script=SCRIPT,
         data=_data(performances, stage),
         classes="theatre wide" if several else "theatre",
     )
@@ -104,7 +105,7 @@ def alone(performances: Sequence[Performance], places: int) -> list[Alone]:
         stages = [_show(place, bare, [bare], stage) for place in range(places)]
         seconds = [frame_seconds([bare])] * bare.frames
         aspect, data = stage.width / stage.height, _data([bare], stage)
-        found.append(Alone(stages, aspect, seconds, "plane/plane.js", data))
+        found.append(Alone(stages, aspect, seconds, SCRIPT, data))
     return found
 
 

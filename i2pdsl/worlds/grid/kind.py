@@ -10,9 +10,11 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid import describe
 from i2pdsl.worlds.grid.cost import is_plainly_brief
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
 class GridKind(Kind):
     syntax = SYNTAX
     suggested = (1, 20)
+    catalogued = ("kitchen",)
 
     def parse(self, source: Source, name: str, files: Files | None = None) -> GridSpec:
         return parse_world(source, name, files)
@@ -99,6 +102,9 @@ class GridKind(Kind):
             return goal_warnings(spec, where) + told
         return goal_warnings(spec, where, story.start, story.length) + told
 
+    def roles(self, spec: GridSpec, words: Vocabulary) -> dict[str, str]:
+        return roles_among(spec.characters, words)
+
     def has_same_rules(self, one: GridSpec, other: GridSpec) -> bool:
         return replace(one, settings=other.settings) == other
 
@@ -149,6 +155,11 @@ class GridKind(Kind):
 
         return state_as_json(world.spec, world.dynamics, int(state))
 
+    def begun(self, record: Record) -> str:
+        from i2pdsl.worlds.grid.script import placed_in_words
+
+        return " and ".join(placed_in_words(name, at) for name, at in record.start.items())
+
     def kept(self, world: GridWorld, path: Trajectory, first: int, last: int) -> list[str]:
         from i2pdsl.worlds.grid.script import kept_in_words
 
@@ -165,21 +176,11 @@ class GridKind(Kind):
         return GridReader(world, record).read()
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
-        """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
-        (missing where it is absent or carried), and the event."""
-        found: dict[str, tuple[list[Any], str]] = {}
-        frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
-        for who in words.characters:
-            turns = [frame.get(who) or {} for frame in frames]
-            found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
-            found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
-        for thing in (*words.characters, *words.things):
-            states = [frame["state"].get(thing) for frame in frames]
-            places = [(None, None) if s is None or isinstance(s, str) else s for s in states]
-            for axis, name in enumerate(("column", "row")):
-                found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
-        found["event"] = [_event(frame.get("event")) for frame in frames], "string"
-        return found
+        """Those of what is done (worlds/turns.py), and the event."""
+        from i2pdsl.worlds.turns import columns
+
+        events = [None, *(_event(frame.get("event")) for frame in record.frames)]
+        return {**columns(words, record), "event": (events, "string")}
 
     def naive(
         self,
@@ -207,15 +208,20 @@ class GridKind(Kind):
 
     # By hand.
 
+    def play(self, words: Vocabulary) -> Word:
+        from i2pdsl.worlds.turns import play
+
+        return play(words)
+
     def played(
         self, world: GridWorld, module: Module, path: Trajectory, typed: str
     ) -> tuple[Trajectory, str]:
-        from i2pdsl.worlds.grid.play import played
+        from i2pdsl.worlds.turns import played
 
         return played(world, module, path, typed)
 
     def options(self, words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
-        from i2pdsl.worlds.grid.play import options
+        from i2pdsl.worlds.turns import options
 
         return options(words, before)
 

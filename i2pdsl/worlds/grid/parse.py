@@ -6,15 +6,14 @@ import unicodedata
 from collections.abc import Callable
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from i2pdsl.errors import Note, Source, Span, StoryError, did_you_mean, first_of
-from i2pdsl.language.settings import LONGEST_STORY
-from i2pdsl.language.statements import check_text, read_source
+from i2pdsl.language.methods import LONGEST_STORY
+from i2pdsl.language.statements import check_text
 from i2pdsl.language.vocabulary import ASKED
 from i2pdsl.worlds.blocks import Block, header
-from i2pdsl.worlds.drawings import Files, beside
+from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.grid.cast import MOST_ALIKE, MOST_CHARACTERS, CastReader
 from i2pdsl.worlds.grid.hypotheses import grid_hypotheses
 from i2pdsl.worlds.grid.spec import (
@@ -48,11 +47,6 @@ MOST_OF_ALL = 10**12  # hypotheses, of which viewers hold some
 METHODS = ("auto", "exact", "additive")
 STATES = ("auto", "listed", "computed")
 MOST_AT_ONCE = 12
-
-
-def load_world(path: Path | str, name: str | None = None) -> GridSpec:
-    """Reads a .world file. Raises StoryError with all its mistakes."""
-    return parse_world(read_source(path), name or Path(path).stem, beside(Path(path).parent))
 
 
 def parse_world(source: Source, name: str, files: Files | None = None) -> GridSpec:

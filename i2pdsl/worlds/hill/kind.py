@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Source, StoryError, error, first_of, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Vocabulary, show_value
 from i2pdsl.worlds.blocks import BlockReader, Syntax
 from i2pdsl.worlds.drawings import Files
-from i2pdsl.worlds.hill.spec import HillSpec
+from i2pdsl.worlds.hill.spec import NAME, HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.kind import Kind, Prepared, Watch, refused
 
@@ -30,6 +31,7 @@ APART = 2.0  # units: two scripts look alike if their bodies are closer than thi
 class HillKind(Kind):
     syntax = Syntax("world.lark", {}, ())
     suggested = (100, MOST_FRAMES)
+    catalogued = (NAME,)
     acts_by_hypothesis = False  # the box has its weight, whatever viewers think
 
     def parse(self, source: Source, name: str, files: Files | None = None) -> HillSpec:
@@ -53,6 +55,11 @@ class HillKind(Kind):
             f"character {HOPPER}: six muscles; it pulls",
             f"object {BOX}: on a rope",
         ]
+
+    def roles(self, spec: HillSpec, words: Vocabulary) -> dict[str, str]:
+        """What the box may weigh."""
+        weights = [v for v in words.latents["weight"].values if isinstance(v, float)]
+        return {"light": show_value(min(weights)), "heavy": show_value(max(weights))}
 
     # Ready to be searched and asked.
 
@@ -160,6 +167,10 @@ class HillKind(Kind):
         return float(apart.mean() / APART)
 
     # By hand.
+
+    def play(self, words: Vocabulary) -> Word:
+        about = "adds so many frames of what the hopper does by itself"
+        return Word("play", "play N", about, "play 50")
 
     def played(
         self, world: HillWorld, module: Module, path: Trajectory, typed: str

@@ -98,6 +98,7 @@ def hill_vocabulary(spec: HillSpec) -> Vocabulary:
         automatic=frozenset({"naturalness", "liveliness"}),
         weights=WEIGHTS,
         enumerable=False,
+        holds_particles=False,
         usual_length=400,
         preposition="on the",
         documentation=spec.documentation,

@@ -12,13 +12,14 @@ import numpy as np
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.planning.networks import Layers
+from i2pdsl.worlds.continuous import ContinuousWorld
 from i2pdsl.worlds.hill import model
 from i2pdsl.worlds.hill.controllers import Controllers, find_controllers, for_weight, scaling
 from i2pdsl.worlds.hill.hopper import MUSCLE_COUNT, build_body, initial_state, masses
 from i2pdsl.worlds.hill.spec import HillSpec
 from i2pdsl.worlds.hill.vocabulary import BOX, HOPPER, hill_vocabulary
 from i2pdsl.worlds.record import Trajectory, empty, extended
-from i2pdsl.worlds.world import ContinuousWorld, Part, Viewer, forgetting_of, log_priors
+from i2pdsl.worlds.world import Part, Viewer, forgetting_of, log_priors
 
 Array = Any
 

@@ -7,9 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, whole_file
+from i2pdsl.language.forms import Word
 from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import Vocabulary, show_value
+from i2pdsl.worlds.beginnings import roles_among
 from i2pdsl.worlds.drawings import Files
 from i2pdsl.worlds.kind import Kind, Watch
 from i2pdsl.worlds.plane.hypotheses import plane_hypotheses
@@ -102,6 +104,11 @@ class PlaneKind(Kind):
                     found.append(Diagnostic("world-goal", message, span, severity="warning"))
         return tuple(found)
 
+    def roles(self, spec: PlaneSpec, words: Vocabulary) -> dict[str, str]:
+        """Who has an attitude counts mostly the other's fortune: nothing else keeps it to its goal,
+        and it would never get there. So the other acts."""
+        return roles_among(spec.characters, words, first="helped")
+
     def has_same_rules(self, one: PlaneSpec, other: PlaneSpec) -> bool:
         return replace(one, settings=other.settings) == other
 
@@ -138,6 +145,11 @@ class PlaneKind(Kind):
         from i2pdsl.worlds.plane.script import inferred
 
         return inferred(world, table)
+
+    def begun(self, record: Record) -> str:
+        number = lambda x: show_value(float(x))
+        places = record.start.items()
+        return " and ".join(f"at({who}, ({number(x)}, {number(y)}))" for who, (x, y) in places)
 
     def kept(self, world: PlaneWorld, path: Trajectory, first: int, last: int) -> list[str]:
         from i2pdsl.worlds.plane.script import kept
@@ -176,6 +188,11 @@ class PlaneKind(Kind):
         return alone or bool(world.feature(world.tables, "touching", (0, 1), states).any())
 
     # By hand.
+
+    def play(self, words: Vocabulary) -> Word:
+        from i2pdsl.worlds.plane.play import play
+
+        return play(words)
 
     def played(
         self, world: PlaneWorld, module: Module, path: Trajectory, typed: str

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from i2pdsl.errors import Source, Span, StoryError, did_you_mean, error
+from i2pdsl.language.forms import Word
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.kind import refused
 from i2pdsl.worlds.plane.world import PlaneWorld
@@ -23,6 +24,18 @@ DIRECTIONS = {
 STAY = "stay"
 USUAL, MOST_FRAMES = 10, 1000
 FORM = "write `WHO DIRECTION SPEED FRAMES`, such as `mover east` or `mover 30 1.5 20`"
+
+
+def play(words: Vocabulary) -> Word:
+    """What `play` is here."""
+    several = "; who is not named stays" if len(words.characters) > 1 else ""
+    return Word(
+        "play",
+        "play WHO DIRECTION [SPEED [FRAMES]]" + ", ..." * bool(several),
+        f"adds {USUAL} frames by hand, or so many: directions are names or degrees (0 east, 90 "
+        f"north), speeds factors of the one that it likes{several}",
+        f"play {words.characters[0]} east",
+    )
 
 
 def played(world: PlaneWorld, path: Trajectory, typed: str) -> tuple[Trajectory, str]:

@@ -127,6 +127,7 @@ def plane_vocabulary(spec: PlaneSpec) -> Vocabulary:
         automatic=frozenset({"rationality", "naturalness", "liveliness"}),
         weights=TWO if len(spec.characters) == 2 else ONE,
         enumerable=False,
+        holds_particles=False,
         search_settings=SEARCH,
         documentation=spec.documentation,
         shares={name: dict(weights) for name, weights in spec.shares},

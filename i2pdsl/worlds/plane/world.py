@@ -13,6 +13,7 @@ import numpy as np
 from i2pdsl.audience.filter import Switching
 from i2pdsl.language import typed as ty
 from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.worlds.continuous import ContinuousWorld
 from i2pdsl.worlds.hypotheses import ATTITUDE, goal_of, rationality_of
 from i2pdsl.worlds.plane import costs, dynamics, features, observers
 from i2pdsl.worlds.plane.geometry import (
@@ -28,14 +29,7 @@ from i2pdsl.worlds.plane.naive import walks, wandering
 from i2pdsl.worlds.plane.spec import APPROACH, AVOID, NO_GOAL, PlaneCharacter, PlaneSpec
 from i2pdsl.worlds.plane.tables import Cast, Plans, Tables
 from i2pdsl.worlds.plane.vocabulary import plane_vocabulary
-from i2pdsl.worlds.world import (
-    ContinuousWorld,
-    Part,
-    Viewer,
-    forgetting_of,
-    log_priors,
-    switching_of,
-)
+from i2pdsl.worlds.world import Part, Viewer, forgetting_of, log_priors, switching_of
 
 Array = Any
 

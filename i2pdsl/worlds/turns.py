@@ -1,28 +1,32 @@
-"""Turns played by hand: what was typed after `play`, as an action of the world."""
+"""Worlds whose actions have names: turns by hand, as they are typed behind `play`, and tables of
+what is done in a script."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, Source, Span, StoryError, moved
 from i2pdsl.language import typed as ty
 from i2pdsl.language.elaborate import Elaborator, Stop
+from i2pdsl.language.forms import Word
 from i2pdsl.language.naming import NAME, same_name
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.statements import split_outside
 from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.kind import refused
-from i2pdsl.worlds.record import Trajectory, extended
+from i2pdsl.worlds.record import Record, Trajectory, extended
+from i2pdsl.worlds.world import World
 
 _ACT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s*!?)\s*$")
 _EVENT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s+at\b.*)$", re.DOTALL)
 _BEFORE = "script ++ "
+STAY = "stay"
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,20 @@ class WrittenTurn:
             return None
         (a, _, first), (c, d, last) = found[0], found[-1]
         return first + max(0, start - a), last + min(end, d) - c
+
+
+def play(words: Vocabulary) -> Word:
+    """What `play` is here: `play cheese west!`."""
+    who = words.characters[0]
+    action = next(a for a in words.limited_to.get(who, words.actions)[::-1] if a != STAY)
+    fails, several = bool(words.can_fail), len(words.characters) > 1
+    told = ["`!`: the move fails"] * fails + ["who is not named stays"] * several
+    return Word(
+        "play",
+        f"play WHO ACTION{'[!]' * fails}{', ...' * several}",
+        "adds a frame by hand" + (f" ({'; '.join(told)})" if told else ""),
+        f"play {who} {action}{'!' * (who in words.can_fail)}",
+    )
 
 
 def written_turn(typed: str, words: Vocabulary) -> WrittenTurn:
@@ -73,11 +91,11 @@ def written_turn(typed: str, words: Vocabulary) -> WrittenTurn:
         begins += len(part) + 1
     if not has_event:
         for who in words.characters:
-            text += f", {who}: stay" if who not in named else ""
+            text += f", {who}: {STAY}" if who not in named else ""
     return WrittenTurn(f"{text}]", tuple(places))
 
 
-def appended(world: GridWorld, module: Module, length: int, turn: str) -> tuple[ty.Turn, ...]:
+def appended(world: World, module: Module, length: int, turn: str) -> tuple[ty.Turn, ...]:
     """The checked turns of `script ++ TURN` as the elaborator has them. Raises StoryError."""
     source = Source("play", _BEFORE + turn)
     problems: list[Diagnostic] = []
@@ -89,9 +107,7 @@ def appended(world: GridWorld, module: Module, length: int, turn: str) -> tuple[
     return item.value
 
 
-def played(
-    world: GridWorld, module: Module, path: Trajectory, typed: str
-) -> tuple[Trajectory, str]:
+def played(world: World, module: Module, path: Trajectory, typed: str) -> tuple[Trajectory, str]:
     """A script with one more turn, and the turn as stories write it. Raises StoryError."""
     turn = written_turn(typed, world.vocabulary)
 
@@ -125,7 +141,22 @@ def options(words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
     if who in words.characters:
         actions = words.limited_to.get(who, words.actions)
         found = [(a, "action") for a in actions]
-        return found + [
-            (f"{a}!", "action") for a in actions if a != "stay" and who in words.can_fail
-        ]
+        return found + [(f"{a}!", "action") for a in actions if a != STAY and who in words.can_fail]
     return [(f"{thing} at (", "object") for thing in words.events.get(who, ())]
+
+
+def columns(words: Vocabulary, record: Record) -> dict[str, tuple[list[Any], str]]:
+    """NAME_action and NAME_moved of each character, NAME_column and NAME_row of everything
+    (missing where it is absent or carried)."""
+    found: dict[str, tuple[list[Any], str]] = {}
+    frames: list[Mapping[str, Any]] = [{"state": record.start}, *record.frames]
+    for who in words.characters:
+        turns = [frame.get(who) or {} for frame in frames]
+        found[f"{who}_action"] = [turn.get("action") for turn in turns], "string"
+        found[f"{who}_moved"] = [turn.get("moved") for turn in turns], "boolean"
+    for thing in (*words.characters, *words.things):
+        states = [frame["state"].get(thing) for frame in frames]
+        places = [(None, None) if s is None or isinstance(s, str) else s for s in states]
+        for axis, name in enumerate(("column", "row")):
+            found[f"{thing}_{name}"] = [place[axis] for place in places], "Int64"
+    return found
