@@ -44,12 +44,13 @@ codemirror/node_modules: codemirror/package-lock.json
 	cd codemirror && npm ci --no-audit --no-fund
 	@touch $@
 
-# pip would compile the packages, and the tests that they bring, on one processor.
+# pip would compile the packages, and the tests that they bring, on one processor; our own sources
+# would be compiled by each of the first processes that need them.
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "i2pdsl needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)")'
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
-	@$(BIN)/python -m compileall -qq -j 0 -x 'site-packages/.*/tests?/' .venv/lib
+	@$(BIN)/python -m compileall -qq -j 0 -x 'site-packages/.*/tests?/' .venv/lib i2pdsl
 	@touch $(READY)
 
 clean:

@@ -176,6 +176,7 @@ def test_train_stores_what_a_story_then_uses(quick: Path, i2p: Run) -> None:
     assert json.loads(asked.out)["value"].keys() == {"0.1", "0.3", "0.5", "unknown"}
 
 
+@pytest.mark.slow  # test_descent.py and test_cli.py interrupt searches in this process
 def test_an_interrupted_run_keeps_what_it_has(place: Path) -> None:
     (place / "mime.story").write_text(LONG, encoding="utf-8")
     done = on_a_terminal("run", "mime.story", "--format", "", until="searching:")

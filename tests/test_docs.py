@@ -59,6 +59,7 @@ from i2pdsl.worlds.kinds import parse_world as parse_any_world
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [p for p in (*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md") if p.is_file()]
 NAMES = [p.stem for p in DOCUMENTS]
+LONG = ("sweep",)  # it begins many processes, as test_sweep.py does
 REFERENCE = re.compile(r"`([\w/.-]+\.py):([\w.]+)`")
 NUMBER = re.compile(r" *(?<![\w.])-?\d+(?:\.\d*)?(?:e-?\d+)?(?![\w.])")
 LINK = re.compile(r"\]\(([^)\s]*)\)")
@@ -278,7 +279,11 @@ TABLES = {
 # Tests.
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=NAMES)
+@pytest.mark.parametrize(
+    "document",
+    [pytest.param(d, marks=[pytest.mark.slow] * (d.stem in LONG)) for d in DOCUMENTS],
+    ids=NAMES,
+)
 def test_blocks_are_right(document: Path, tmp_path: Path) -> None:
     with session(tmp_path) as reader:
         for block in blocks(document.read_text(encoding="utf-8")):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from commands_for_tests import Run
-from corridor_for_tests import ENDS, FORMS, STEPS, Watched, corridor
+from corridor_for_tests import FORMS, STEPS, Watched, corridor
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.builtins import FORMS as WORDS
 from i2pdsl.language.builtins import FUNCTIONS, STATEMENTS
@@ -279,7 +279,7 @@ def test_a_table_of_positions_is_a_script(hall: Path, tmp_path: Path, i2p: Run) 
     assert "cannot get from [2, 0] to [0, 0]" in done.err
 
 
-def test_in_the_repl(hall: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_the_repl(hall: Path, found: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(hall)
     session = Session()
 
@@ -306,11 +306,9 @@ def test_in_the_repl(hall: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pinned = [part.text for part in session.state.program.parts if part.text.startswith("pin")]
     assert pinned == ["pin script[2]: at(walker, (2, 0))", "pin script[2] = [walker: east]"]
     right("next(walker | script[:T])")
-    right("length 4")
-    right("maximize sum_t P(G_walker = right | script[:t])")
+    right("load everything.story")
     right("solve")
-    assert session.state.path is not None
-    assert session.state.path.states.tolist()[2] == ENDS["right"] - 2
+    assert session.state.score == pytest.approx(found.score)
 
 
 def test_its_files(hall: Path) -> None:

@@ -302,10 +302,10 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing(place: Path) -> None:
     processes = [subprocess.Popen([*dask, *serve], **quiet)]
     processes += [subprocess.Popen([*dask, *join], cwd=place, **quiet) for _ in range(2)]
     command = [sys.executable, "-m", "i2pdsl", "sweep", str(place / "one.story"), "--naive"]
-    command += ["--seeds", "0-39", "--scheduler", address, "--out", str(place / "out"), "--json"]
+    command += ["--seeds", "0-15", "--scheduler", address, "--out", str(place / "out"), "--json"]
     try:
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-            wait_for(running, lambda: len(list((place / "out").rglob("result.json"))) >= 4)
+            wait_for(running, lambda: len(list((place / "out").rglob("result.json"))) >= 2)
             processes[1].kill()
             out, _ = running.communicate(timeout=PATIENCE)
         assert running.returncode == 0
@@ -314,7 +314,7 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing(place: Path) -> None:
             each.kill()
             each.wait()
     told = json.loads(out)
-    assert (told["jobs"], told["done"], told["failed"]) == (40, 40, 0)
+    assert (told["jobs"], told["done"], told["failed"]) == (16, 16, 0)
     script = json.loads((place / "out/one/seed-7/script.json").read_text(encoding="utf-8"))
     found = load(place / "one.story").solve(7, naive=True).script
     assert script["frames"] == json.loads(json.dumps(list(found.record.frames)))

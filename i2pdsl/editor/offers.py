@@ -93,7 +93,10 @@ def _audiences(place: Place, _: Slot) -> Iterator[Offer]:
         "particles": "the same of viewers who hold some hypotheses instead of all",
         "average": "average(AUDIENCE, ...): several viewers, whose beliefs are averaged",
     }
-    yield from (Offer(name, "audience", about.get(name, "")) for name in AUDIENCES)
+    world = place.around.vocabulary
+    for name in AUDIENCES:
+        if name != "particles" or world is None or world.holds_particles:
+            yield Offer(name, "audience", about.get(name, ""))
 
 
 def named_audiences(place: Place, _: Slot) -> Iterator[Offer]:

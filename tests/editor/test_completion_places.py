@@ -278,6 +278,9 @@ def test_audiences_are_offered_where_a_belief_can_name_them() -> None:
     assert found("maximize E[insider][¦") >= {"V", "rho"}
     assert found("maximize E[insider][rho | ¦") >= {"script"}
     assert found("audience other = ¦") == {"bayesian", "particles", "average"}
+    on_the_hill = words(offered("audience ¦", HILL))
+    assert "bayesian" in on_the_hill
+    assert "particles" not in on_the_hill
     assert found("audience other = bayesian(given = ¦") >= {"rho", "G_cheese", "not"}
     assert "=" in found("audience other ¦")
     assert "insider" not in found("maximize ¦")

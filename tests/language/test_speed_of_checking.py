@@ -158,7 +158,7 @@ def grows_as_the_text(work: Callable[[str], object], text: Callable[[int], str])
 
     A machine may be slow for one of the two alone, so the least times of a few rounds count.
     """
-    size = 10_000 if FULL else 5_000
+    size = 10_000 if FULL else 3_000
     short, long = text(size), text(4 * size)
     few = much = float("inf")
     for _ in range(4):

@@ -349,7 +349,8 @@ def test_play_moves_and_space_stops(show):
 
 @browser_test
 def test_plays_by_itself_to_the_end_and_again(show):
-    shown = show(motion="no-preference")
+    quick = tuple(each / 4 for each in lengths(choreograph(kitchen(), helping())))
+    shown = show(page(clock=quick), motion="no-preference")
     shown.get_by_role("button", name="Pause").wait_for()
     shown.get_by_role("radio", name="4×").check()
     shown.get_by_role("button", name="Play").wait_for()
@@ -447,29 +448,32 @@ def test_every_frame_shows_the_script_exactly(show):
 def test_between_frames_the_player_interpolates_as_python_does(show):
     shown, film = show(), choreograph(kitchen(), helping())
     rng = np.random.default_rng(0)
-    for time in sorted(k + u for k in range(LAST) for u in rng.integers(16, 84, 4) / 100):
-        scrub(shown, time)
-        for name, track in film.tracks.items():
-            key = sample(track, time)
-            x, y, angle, scale_x, scale_y = numbers(transform(shown, name))[:5]
+    times = sorted(k + u for k in range(LAST) for u in rng.integers(16, 84, 4) / 100)
+    for time, (actors, marks) in zip(times, shown.evaluate(DRAWN_AT, times), strict=True):
+        assert {name for name, *_ in actors} == film.tracks.keys()
+        for name, place, opacity, symbol in actors:
+            key = sample(film.tracks[name], time)
+            x, y, angle, scale_x, scale_y = numbers(place)[:5]
             expected = (key.x, key.y - key.lift, key.angle, key.scale_x, key.scale_y)
             actual = (x / CELL - 0.5, y / CELL - FOOT, angle / 360, scale_x, scale_y)
             assert actual == pytest.approx(expected, abs=2e-4)
-            drawn = shown.locator(f'[data-actor="{name}"]')
-            assert float(drawn.get_attribute("opacity")) == pytest.approx(key.opacity, abs=1e-4)
-            assert drawn.get_attribute("href") == f"#{name}--{key.pose}"
-        shown_marks = shown.locator("#marks > use").evaluate_all(
-            "uses => uses.map(use => use.style.display !== 'none')"
-        )
-        due = [m.track[0].time < time < m.track[-1].time for m in film.marks]
-        assert shown_marks == due
-        rows = [film.tracks[name] for name in drawing_order(shown)]
-        heights = [sample(track, time).y for track in rows]
+            assert float(opacity) == pytest.approx(key.opacity, abs=1e-4)
+            assert symbol == f"#{name}--{key.pose}"
+        assert marks == [m.track[0].time < time < m.track[-1].time for m in film.marks]
+        heights = [sample(film.tracks[name], time).y for name, *_ in actors]
         assert all(a <= b + 1e-6 for a, b in pairwise(heights))
 
 
-def drawing_order(shown):
-    return shown.locator("[data-actor]").evaluate_all("nodes => nodes.map(n => n.dataset.actor)")
+# At each of some times the actors, in the order in which they are drawn, and which marks are seen.
+DRAWN_AT = """times => times.map((time) => {
+    const scrubber = document.getElementById("scrubber");
+    scrubber.value = time;
+    scrubber.dispatchEvent(new Event("input", { bubbles: true }));
+    const told = (node) => [
+        node.dataset.actor, ...["transform", "opacity", "href"].map((n) => node.getAttribute(n))];
+    return [[...document.querySelectorAll("[data-actor]")].map(told),
+            [...document.querySelectorAll("#marks > use")].map((u) => u.style.display !== "none")];
+})"""
 
 
 @browser_test

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,6 +38,7 @@ from i2pdsl.stories import Result, story_from
 from i2pdsl.worlds.find import find_vocabulary
 from i2pdsl.worlds.grid.world import GridWorld
 from repl.conftest import HELP, asked, copied, refused, right, saved_and_read, shown
+from searches_for_tests import compiling_briefly
 from stories_for_tests import BARE
 from worlds_for_tests import STORIES
 
@@ -294,6 +296,37 @@ def test_undo_does_not_search_again(solved_help: Result) -> None:
     right(session, "solve")
     right(session, "undo")
     assert right(session, "T").noted == ()
+
+
+def test_interrupted_it_keeps_the_best_so_far(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """test_terminal.py presses Ctrl-C."""
+    from i2pdsl.search import beam
+
+    (tmp_path / "left.story").write_text(
+        "world fork\nlength 3\nmaximize sum_t P(G_robot = left | script[:t])\n"
+        "search beam(polish = 0)\n"
+    )
+    original, seen = beam.beam_search, []
+
+    def search(*arguments: Any) -> Any:
+        def report(*done: int) -> None:
+            seen.append(done)
+            if len(seen) == 2:
+                raise KeyboardInterrupt
+
+        *others, _, say, more = arguments
+        return original(*others, report, say, more)
+
+    monkeypatch.setattr(beam, "beam_search", search)
+    session = Session()
+    session.open(str(tmp_path / "left.story"))
+    with compiling_briefly(places=4):
+        told = right(session, "solve")
+    assert "interrupted: the best of what was searched so far is kept" in told.said
+    assert 0 < seen[-1][0] < seen[-1][1]
+    assert asked(session, "T") == 3
 
 
 def test_names_do_not_hide_commands(session: Session) -> None:

@@ -208,12 +208,6 @@ def test_history_from_one_session_to_the_next(terminal: Open, tmp_path: Path) ->
     assert "6 * 7" in (tmp_path / "i2pdsl" / "history").read_text()
 
 
-def test_nothing_is_lost_where_no_history_can_be_written(terminal: Open, tmp_path: Path) -> None:
-    (tmp_path / "i2pdsl").write_text("a file, not a folder")
-    one = terminal()
-    assert "2" in one.enter("1 + 1")
-
-
 def test_leaving_at_once(terminal: Open) -> None:
     for _ in range(2 if FULL else 1):
         one = terminal()
@@ -234,6 +228,7 @@ def test_pasted_lines_are_done_one_after_the_other(usual: Terminal) -> None:
     assert "\n6\n" in one.enter("b")
 
 
+@pytest.mark.slow  # test_session.py interrupts one in this process
 def test_interrupting_a_search(terminal: Open, tmp_path: Path) -> None:
     # Many starts are searched in blocks, between which it can be interrupted.
     story = tmp_path / "long.story"
@@ -265,8 +260,10 @@ def test_interrupting_before_anything_is_found(terminal: Open, tmp_path: Path) -
     assert "let x = rho > 0" in one.enter("story")
 
 
-def test_without_colour(terminal: Open) -> None:
+def test_without_colour_and_where_no_history_can_be_written(terminal: Open, tmp_path: Path) -> None:
+    (tmp_path / "i2pdsl").write_text("a file, not a folder")
     one = terminal(NO_COLOR="1")
+    assert "\n2\n" in one.enter("1 + 1")
     text = one.enter("show")
     assert "C cheese" in text
     one.enter("P(rho > 0 | scrpt[:t])")

@@ -173,19 +173,19 @@ def test_numbers_are_slid_and_one_slide_is_one_step(desk: Any) -> None:
 def test_two_tabs_and_an_editor_outside(desk: Any, served: Served) -> None:
     file = served.folder / "help.story"
     one, other = desk(), desk()
-    one.write(BRIEF.replace("length 6", "length 8"))
+    one.write(BRIEF + "# saved\n")
     one.page.keyboard.press("Control+s")
-    other.says("length 8")  # it had no changes of its own
-    other.write(BRIEF.replace("length 6", "length 9"))
-    file.write_text(BRIEF.replace("length 6", "length 7"), encoding="utf-8")
-    one.says("length 7")
+    other.says("# saved")  # it had no changes of its own
+    other.write(BRIEF + "# mine\n")
+    file.write_text(BRIEF + "# outside\n", encoding="utf-8")
+    one.says("# outside")
     other.page.get_by_role("button", name="Show both").click()
     both = other.page.get_by_role("dialog", name="Two texts of one file")
-    assert "length 9" in both.inner_text()
-    assert "length 7" in both.inner_text()
+    assert "# mine" in both.inner_text()
+    assert "# outside" in both.inner_text()
     both.get_by_role("button", name="Keep mine").click()
-    one.says("length 9")
-    assert "length 9" in file.read_text(encoding="utf-8")
+    one.says("# mine")
+    assert "# mine" in file.read_text(encoding="utf-8")
 
 
 def test_what_was_typed_is_offered_again(desk: Any) -> None:

@@ -18,6 +18,7 @@ from i2pdsl.language.typed import Act
 from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.listed import build
 from i2pdsl.worlds.listed.kind import Picture
 from i2pdsl.worlds.listed.script import frames_as_json, kept_in_words
 from i2pdsl.worlds.listed.words import STAY
@@ -270,6 +271,17 @@ class Wrong(Alley):
 def test_who_writes_a_kind_is_told_what_is_wrong(fault: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Wrong(fault).rules(AlleySpec("alley", narrow=False))
+
+
+def test_too_many_states_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is asked of them. The alley has 9 states, 5 actions and 2 values, and 4
+    hypotheses: 252 numbers."""
+    monkeypatch.setattr(build, "MOST", 252)
+    assert len(alley().begins) == 9
+    monkeypatch.setattr(build, "MOST", 251)
+    with pytest.raises(StoryError, match="more than 8 states; with 7 actions and values") as wrong:
+        alley()
+    assert wrong.value.diagnostics[0].code == "too-large"
 
 
 def test_files_may_say_what_viewers_are_like() -> None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from i2pdsl.errors import error, whole_file
+from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.listed.words import STAY, ListedSpec, actions_of
 from i2pdsl.worlds.listed.world import ListedTables, ListedWorld, log_softmax
 from i2pdsl.worlds.world import Viewer, forgetting_of, log_priors, switching_of
@@ -15,9 +18,13 @@ if TYPE_CHECKING:
     from i2pdsl.worlds.listed.kind import ListedKind, Picture
 
 
+MOST = 10_000_000  # numbers that a kind is asked for, one by one: half a minute
+
+
 def build_listed(kind: ListedKind[Any], spec: ListedSpec, viewers: Sequence[Viewer]) -> ListedWorld:
-    """A world ready for its viewers."""
-    words, pictures = kind.vocabulary(spec), list(kind.states(spec))
+    """A world ready for its viewers. Raises StoryError where it has too many states."""
+    words = kind.vocabulary(spec)
+    pictures = _listed(kind, spec, words)
     after = tuple(_after(kind, spec, who, pictures) for who in words.characters)
     cells = sorted(words.free, key=lambda cell: cell[::-1])
     numbers = {cell: number for number, cell in enumerate(cells)}
@@ -42,6 +49,21 @@ def build_listed(kind: ListedKind[Any], spec: ListedSpec, viewers: Sequence[View
     )
     begins = np.array([kind.begins(spec, picture) for picture in pictures])
     return kind.world()(spec, words, tables, begins)
+
+
+def _listed(kind: ListedKind[Any], spec: ListedSpec, words: Vocabulary) -> list[Picture]:
+    """All states, if they are few enough."""
+    actions = sum(len(actions_of(words, who)) + 1 for who in words.characters)
+    most = MOST // (actions * len(words.hypotheses))
+    pictures = list(islice(kind.states(spec), most + 1))
+    if len(pictures) > most:
+        message = (
+            f"world {spec.name} has more than {most:,} states; with {actions:,} actions and values "
+            f"and {len(words.hypotheses):,} hypotheses no more are listed"
+        )
+        hint = "fewer cells, characters or hypotheses"
+        raise error("too-large", message, whole_file(spec.name), hint)
+    return pictures
 
 
 def _after(
