@@ -4,8 +4,9 @@ An independent transcription of design/model.md ("Kitchen") and design/language.
 docs/worlds.md ("Three and more"), and of the paper ("Acting as Inverse Inverse Planning", sections
 "Inverse planning", "Inverse inverse planning", "Implementation details"). It imports nothing of the
 package, and the package is tested against it on small maps. Clarity goes before speed (only the
-sweeps of value iteration are products of matrices), so the order here is that of the texts: map and moves, rewards, planning, hypotheses, the audience's filter,
-scripts, queries, predicates, stories, search.
+sweeps of value iteration are products of matrices), so the order here is that of the texts: map and
+moves, rewards, planning, hypotheses, the audience's filter, scripts, queries, predicates, stories,
+search.
 
 A state is a tuple of cells (column, row), or None where absent, in the order of `world.entities`
 (characters in acting order, then objects); wherever a state is asked for, the mapping of
