@@ -16,8 +16,11 @@ os.environ.setdefault("I2PDSL_CACHE", str(Path(tempfile.gettempdir()) / "i2pdsl-
 # as the products of our small matrices.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # What tests compute by JAX themselves is single operations and what is run a few times: most of
-# their time goes into compiling. Our own programs have options of their own (programs.py).
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false")
+# their time goes into compiling. Our own programs have options of their own (programs.py); but
+# that all processors make one program takes a quarter more of their time, and all are at work.
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_use_fusion_emitters=false --xla_cpu_parallel_codegen_split_count=1"
+)
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 # Where it is set, each of a hundred processes would compile our sources anew.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -3,9 +3,10 @@
 An independent transcription of design/model.md ("Kitchen") and design/language.md, of
 docs/worlds.md ("Three and more"), and of the paper ("Acting as Inverse Inverse Planning", sections
 "Inverse planning", "Inverse inverse planning", "Implementation details"). It imports nothing of the
-package, and the package is tested against it on small maps. Clarity goes before speed, so the order
-here is that of the texts: map and moves, rewards, planning, hypotheses, the audience's filter,
-scripts, queries, predicates, stories, search.
+package, and the package is tested against it on small maps. Clarity goes before speed (only the
+sweeps of value iteration are products of matrices), so the order here is that of the texts: map and
+moves, rewards, planning, hypotheses, the audience's filter, scripts, queries, predicates, stories,
+search.
 
 A state is a tuple of cells (column, row), or None where absent, in the order of `world.entities`
 (characters in acting order, then objects); wherever a state is asked for, the mapping of
@@ -19,6 +20,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations, permutations, product
+
+import numpy as np
 
 MOVES = {"north": (0, -1), "south": (0, 1), "east": (1, 0), "west": (-1, 0)}
 ACTIONS = (*MOVES, "stay")
@@ -257,25 +260,27 @@ class World:
         states = list(self.states(present))
         number = {s: i for i, s in enumerate(states)}
         who, goal, _ = problem
-        own, answers = [], []
-        for s in states:
-            row = []
-            for a in ACTIONS:
-                (p, t), (q, u) = [*self.outcomes(s, who, a), (0.0, s)][:2]
-                row.append((self.reward(who, goal, s, a), p, number[t], q, number[u]))
-            own.append(row)
-            social, after = self.answer(problem, s)
-            answers.append((social, [(p, number[t]) for t, p in after.items()]))
+        own = np.zeros((2, len(states), len(ACTIONS)))  # r_i, and how likely the action is to work
+        leads = np.zeros((2, len(states), len(ACTIONS)), int)  # where it does, and does not
+        social, answer = np.zeros(len(states)), np.zeros((len(states), len(states)))
+        for i, s in enumerate(states):
+            for k, a in enumerate(ACTIONS):
+                (p, t), (_, u) = [*self.outcomes(s, who, a), (0.0, s)][:2]
+                own[:, i, k] = self.reward(who, goal, s, a), p
+                leads[:, i, k] = number[t], number[u]
+            social[i], after = self.answer(problem, s)
+            for t, p in after.items():
+                answer[i, number[t]] += p
+        (reward, works), (t, u) = own, leads
         gamma, c = self.gamma, self.gamma / (1 - self.gamma)
-        values = [0.0] * len(states)
+        values = np.zeros(len(states))
         while True:
-            w = [social + sum([p * values[j] for p, j in after]) for social, after in answers]
-            new = [max([r + gamma * (p * w[j] + q * w[k]) for r, p, j, q, k in row]) for row in own]
-            changes = [b - a for a, b in zip(values, new, strict=True)]
-            low, high = min(changes), max(changes)
-            values = [v + c * (low + high) / 2 for v in new]
+            w = social + answer @ values
+            new = (reward + gamma * (works * w[t] + (1 - works) * w[u])).max(1)
+            low, high = (new - values).min(), (new - values).max()
+            values = new + c * (low + high) / 2
             if c * (high - low) / 2 <= TOLERANCE:
-                return dict(zip(states, values, strict=True))
+                return dict(zip(states, values.tolist(), strict=True))
 
     def _planned(self, problem, state):
         """The values of all states with the same things present (no plan foresees a fall)."""

@@ -62,14 +62,22 @@ def pair() -> Pair:
     return small_kitchen()
 
 
+ON_THE_CORRIDOR = (
+    "sum_t P(G_one = left | script[:t])",
+    "sum_t P(G_one = left | script[:t]) - 0.5 * (sum_t KL(script[:t-1] || script[:t]))",
+    "(max_t P(G_one = left | script[:t])) * (min_t P(G_one = right | script[:t]))",
+    "P(G_one = left | script[:2]) - P(G_one = left | script[:T])",
+)
+
+
 @pytest.mark.parametrize(
     "objective",
-    [
-        "sum_t P(G_one = left | script[:t])",
-        "sum_t P(G_one = left | script[:t]) - 0.5 * (sum_t KL(script[:t-1] || script[:t]))",
-        "(max_t P(G_one = left | script[:t])) * (min_t P(G_one = right | script[:t]))",
-        "P(G_one = left | script[:2]) - P(G_one = left | script[:T])",
-    ],
+    ON_THE_CORRIDOR
+    if FULL
+    else (
+        ON_THE_CORRIDOR[0],
+        " + ".join(f"{n} * ({each})" for n, each in enumerate(ON_THE_CORRIDOR[1:], 1)),
+    ),
 )
 def test_full_width_is_brute_force_on_the_corridor(objective: str) -> None:
     world = planned(CORRIDOR, "corridor")

@@ -240,7 +240,7 @@ def test_not_fallen_keeps_a_hopper_up() -> None:
 
 
 AHEAD = "search descend(seeds = 1, window = 10, overlap = 0, lookahead = {}, steps = 3)"
-LATE = "({} - 2) * sum_{{t in {}..20}} [progress(box) @ script[t]]"
+LATE = "({} - 2) * sum_t (if {} <= t and t <= 20 then 1 else 0) * [progress(box) @ script[t]]"
 
 
 @pytest.mark.parametrize(
