@@ -12,7 +12,6 @@ import jax
 import numpy as np
 import pytest
 
-from fuzz_for_tests import FULL
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.check import TypedStory, check_source
 from i2pdsl.objective.compile import asked_of, is_of_states, late_from
@@ -255,8 +254,7 @@ def test_a_story_is_searched_alike_told_and_read(tmp_path) -> None:
         text = f"{COUPLE}    states = {states}\n"
         (tmp_path / "crowd.world").write_text(text, encoding="utf-8")
         story = "world crowd\nlength 4\nstart at(cheese, pink) and at(robot, green)\n"
-        story += "allow deus(table)\nmaximize depict(rho > 0)\n"
-        story += "require eventually [fell(table)]\n" if FULL else ""  # takes long to compile
+        story += "allow deus(table)\nmaximize depict(rho > 0)\nrequire eventually [fell(table)]\n"
         story += "search beam(starts = 1000, width = 2, polish = 0)\n"
         result = Story.from_text(story, tmp_path).solve(choose="score")
         scripts.append(result.script)
