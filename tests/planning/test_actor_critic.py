@@ -105,6 +105,7 @@ def test_it_learns_to_go_where_it_is_paid() -> None:
     assert worth[4] > worth[-1]
 
 
+@pytest.mark.slow  # a training that is interrupted, below, is one in pieces
 def test_all_of_it_is_the_same_for_the_same_seed_and_for_pieces() -> None:
     environment = point_mass()
     whole, _ = BRIEFLY(environment, SMALL, 6, begin(environment, SMALL, 3))
