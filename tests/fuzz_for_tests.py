@@ -9,4 +9,4 @@ FULL = os.environ.get("I2PDSL_TESTS") == "full"  # as `make test-all` sets it
 
 def examples(count: int) -> int:
     """How many of `count` random examples are tried."""
-    return count if FULL else -(-count // 8)
+    return count if FULL else -(-count // 12)

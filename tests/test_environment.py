@@ -16,7 +16,7 @@ import pytest
 
 import i2pdsl
 from commands_for_tests import I2P, PATIENCE, Run, process
-from i2pdsl.cli import DONE, INTERRUPTED, WRONG
+from i2pdsl.cli import DONE, INTERRUPTED, WRONG, run_command
 from i2pdsl.computing import computing
 
 LEFT = (
@@ -45,13 +45,12 @@ def solved(variables: dict[str, str]) -> tuple[bytes, str]:
 
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The script where nothing is set."""
+    """The script where nothing is set: that of this process."""
     with pytest.MonkeyPatch.context() as here:
         here.chdir(tmp_path_factory.mktemp("usual"))
         Path("left.story").write_text(LEFT, encoding="utf-8")
-        script, said = solved({})
-    assert said == ""
-    return script
+        assert run_command(["run", "left.story", "--format", ""]) == DONE
+        return Path("out/left/script.json").read_bytes()
 
 
 def test_other_settings_of_jax_do_no_harm(place: Path, usual: bytes) -> None:

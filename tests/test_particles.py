@@ -141,7 +141,7 @@ def test_beliefs_converge_as_the_count_grows(forgetting: float) -> None:
     off = {}
     for count in (32, 512):
         plan = replace(PLAN, count=count)
-        _, beliefs = watch(world, viewer, frames, plan, range(examples(240)))
+        _, beliefs = watch(world, viewer, frames, plan, range(examples(360)))
         off[count] = np.sqrt(((beliefs[..., helps].sum(-1) - truth) ** 2).mean())
     assert off[512] < off[32] / 2.5  # by the square root of the count it is a quarter
     assert off[512] < 0.05
