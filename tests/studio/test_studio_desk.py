@@ -28,6 +28,28 @@ def test_from_an_empty_folder_to_a_film(desk: Any, served: Served) -> None:
     (served.folder / "mine.story").unlink()
 
 
+def test_what_is_pressed_is_opened_though_the_folder_changes(desk: Any, served: Served) -> None:
+    """A list that is shown anew while somebody presses a button in it would take the click."""
+    shown: Desk = desk(path=None)
+    page, heard = shown.page, list[str]()
+    hear = lambda told: heard.append(str(told))
+    page.on("websocket", lambda socket: socket.on("framereceived", hear))
+    page.reload()
+    page.get_by_label("Name", exact=True).wait_for()
+    page.locator('[data-path="help.story"]').hover()
+    page.mouse.down()
+    (served.folder / "new.story").write_text(BRIEF)
+    while not any('"files"' in told and "new.story" in told for told in heard):
+        page.wait_for_timeout(50)
+    page.wait_for_timeout(100)  # what was heard is done
+    page.mouse.up()
+    shown.solved()
+    assert page.locator("#title").text_content() == "help"
+    page.locator("#open-files").click()
+    assert page.locator('[data-path="new.story"]').count() == 1
+    (served.folder / "new.story").unlink()
+
+
 def test_who_is_dragged_is_pinned_and_the_film_solved_around_it(desk: Any) -> None:
     shown: Desk = desk()
     shown.seek(3)

@@ -50,7 +50,7 @@ class Played:
     def read(self, text: str, path: str, folder: Path) -> Any:
         if "wrong" in text:
             raise mistake(text)
-        method = "descent" if "moves" in text else "beam"
+        method = "descend" if "moves" in text else "beam"
         return SimpleNamespace(
             text=text, typed=SimpleNamespace(search=SimpleNamespace(method=method))
         )

@@ -59,6 +59,10 @@ export class Files {
     this.dialog = $("files");
     this.keepSoon = later(() => this.#keep(), 150);
     studio.rpc.on("i2p/changed", (told) => this.#changed(told));
+    this.dialog.addEventListener("pointerdown", () => (this.#isPressed = true));
+    // A click comes after the pointer is let go.
+    const released = later(() => this.#released(), 0);
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, released);
     addEventListener("pagehide", () => this.#keep());
     addEventListener("beforeunload", (event) => {
       this.#keep();
@@ -267,6 +271,7 @@ export class Files {
     fill(this.dialog, h("h2", { id: "files-heading" }, "Stories"), h("p", {}, "…"));
     if (!this.dialog.open) this.dialog.showModal();
     this.#form = null;
+    this.#listed = "";
     const told = this.studio.request("i2p/beginnings");
     await this.#list();
     this.beginnings = (await told) ?? this.beginnings;
@@ -274,8 +279,29 @@ export class Files {
     await this.#list();
   }
 
+  #isPressed = false; // somebody presses something in the dialog
+  #isLate = false; // the folder is another since
+  #listed = ""; // what the dialog shows
+
+  #released() {
+    this.#isPressed = false;
+    if (!this.#isLate) return;
+    this.#isLate = false;
+    if (this.dialog.open) this.#list();
+  }
+
+  /** Shows the folder. What is pressed stays where it is until it is let go: a button that another
+   * took the place of meanwhile would not be clicked. */
   async #list() {
     const { files = [] } = (await this.studio.request("i2p/files")) ?? {};
+    const cards = files.map(({ path, about }) => [path, about, this.#kept(path) !== null]);
+    const listed = JSON.stringify([this.path, this.#form !== null, cards]);
+    if (listed === this.#listed) return;
+    if (this.#isPressed) {
+      this.#isLate = true;
+      return;
+    }
+    this.#listed = listed;
     const stories = files.filter(({ kind }) => kind === "story");
     const worlds = files.filter(({ kind }) => kind === "world");
     const focused = document.activeElement;
@@ -311,6 +337,9 @@ export class Files {
         : null,
     );
     if (this.#form?.contains(focused)) focused.focus();
+    else if (focused?.dataset?.path) {
+      this.dialog.querySelector(`[data-path="${CSS.escape(focused.dataset.path)}"]`)?.focus();
+    }
   }
 
   #card({ path, about }) {
