@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +71,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     gc.set_threshold(20_000, 20, 20)
 
 
-PLANNING = pytest.StashKey[subprocess.Popen[bytes]]()
+PLANNED = "I2PDSL_TESTS_PLANNED"  # the name of the file that says that the kitchen is planned
+ELSEWHERE = ("test_studio_desk", "test_descent")  # what begins, and does not play in the kitchen
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -75,14 +80,24 @@ def pytest_configure(config: pytest.Config) -> None:
     tests need, is made while they collect what there is to test, not by each of them."""
     is_worker = hasattr(config, "workerinput")
     if config.getoption("numprocesses", None) and not is_worker and not config.option.collectonly:
-        command = [*I2P, "plan", "kitchen"]
-        config.stash[PLANNING] = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        path = Path(tempfile.mkdtemp()) / "planned"
+        os.environ[PLANNED] = str(path)
+        config.add_cleanup(lambda: shutil.rmtree(path.parent, ignore_errors=True))
+        planning = subprocess.Popen([*I2P, "plan", "kitchen"], stdout=subprocess.DEVNULL)
+
+        def tell() -> None:
+            planning.wait()  # if it fails, tests plan for themselves, and say what is wrong
+            with suppress(OSError):  # of a run that is over
+                path.touch()
+
+        threading.Thread(target=tell, daemon=True).start()
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_node_collection_finished(node: Any) -> None:
-    planning = node.config.stash.get(PLANNING, None)
-    assert planning is None or planning.wait() == 0
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    path = os.environ.get(PLANNED)
+    if path and hasattr(item.config, "workerinput") and item.path.stem not in ELSEWHERE:
+        while not Path(path).exists():
+            time.sleep(0.1)
 
 
 @pytest.fixture

@@ -414,6 +414,7 @@ def test_what_is_too_much_at_once_is_refused() -> None:
         solved("depict(weight = 0.5)", 60_000, "search descend(seeds = 10, window = 60000)")
 
 
+@pytest.mark.slow
 def test_long_windows_are_computed_again_to_the_same_end(monkeypatch: pytest.MonkeyPatch) -> None:
     how = DESCENT
     usual = solved("depict(weight = 0.5)", 20, how).script.trajectory.states
