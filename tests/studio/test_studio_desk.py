@@ -46,7 +46,7 @@ def test_what_is_pressed_is_opened_though_the_folder_changes(desk: Any, served: 
     shown.solved()
     assert page.locator("#title").text_content() == "help"
     page.locator("#open-files").click()
-    assert page.locator('[data-path="new.story"]').count() == 1
+    page.locator('[data-path="new.story"]').wait_for()
     (served.folder / "new.story").unlink()
 
 

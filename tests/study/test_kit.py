@@ -220,6 +220,7 @@ def test_by_keyboard_from_the_first_page_to_a_table_that_is_read(
         if number == 3:
             page.reload()
             assert there.heading() == f"Film {number} of {len(films)}"
+        page.locator("#play").wait_for()  # what is hidden takes no focus
         there.keys("Tab", "Enter")
         there.watch()
         there.keys("Tab", "Tab", "Enter")  # without an answer
