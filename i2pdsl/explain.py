@@ -238,7 +238,7 @@ def _actions(script: Script, questions: Sequence[Question], t: int) -> list[Reas
         effects = [
             _effect(question, belief[None], row[None], after, changed) for question in questions
         ]
-        names = words.limited_to.get(who, words.actions)
+        names = words.actions_of(who)
         own, other = (Choice(names[a], float(expected[a])) for a in (taken, second))
         found.append(Reason(t, t, who, own, other, tuple(effects)))
     return found

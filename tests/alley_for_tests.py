@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from i2pdsl.language.vocabulary import Latent, Value, Vocabulary
+from i2pdsl.language.vocabulary import STAY, Latent, Value, Vocabulary
 from i2pdsl.render.listed import ListedDrawing
 from i2pdsl.worlds.blocks import BlockReader, Syntax
 from i2pdsl.worlds.kinds import KINDS, Place
 from i2pdsl.worlds.listed.kind import ListedKind, Picture
-from i2pdsl.worlds.listed.words import STAY, ListedSpec, listed_vocabulary
+from i2pdsl.worlds.listed.words import ListedSpec, listed_vocabulary
 
 CELLS = [(0, 0), (1, 0), (2, 0)]
 STEPS = {"west": -1, "east": 1, STAY: 0}

@@ -22,6 +22,7 @@ from i2pdsl.language import ast
 from i2pdsl.language.builtins import FUNCTIONS, ONCE, STATEMENT_WORDS
 from i2pdsl.language.forms import BY_NAME, BY_TERMINAL, EXPECTED, HIDDEN
 from i2pdsl.language.settings import AUDIENCES
+from i2pdsl.language.vocabulary import STAY
 
 __all__ = ["Completion", "Offer", "Surroundings", "complete", "offers_at", "surroundings"]
 
@@ -250,7 +251,7 @@ def _unfit_in_turn(place: Place) -> set[str]:
         return set()
     if str(part[0]) in world.events:
         return {"BANG", *(("COMMA", "RSQB") if len(part) == 3 else ())}
-    fails = str(part[0]) in world.can_fail and str(part[-1]) != "stay"
+    fails = str(part[0]) in world.can_fail and str(part[-1]) != STAY
     return {"AT_KW"} | (set() if fails else {"BANG"})
 
 

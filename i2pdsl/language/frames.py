@@ -14,6 +14,7 @@ from i2pdsl.language.elaboration import INSIDE, ITEMS_IN_WORDS, Item, LeavesAtZe
 from i2pdsl.language.evaluate import NotFiniteError, affine, evaluate, finite_values, is_pure
 from i2pdsl.language.predicates import Predicates
 from i2pdsl.language.scope import Env
+from i2pdsl.language.vocabulary import STAY
 
 _WHOLE = 1e-9  # how far an index may be from a whole number
 
@@ -207,13 +208,13 @@ class Frames(Predicates):
 
         who, chosen = self.both(lambda: self.character(move.who, env), action)
         name = self.world.characters[who]
-        known = self.world.limited_to.get(name, self.world.actions)
+        known = self.world.actions_of(name)
         if self.world.actions[chosen] not in known:
             message = f"`{name}` cannot do this: {self.world.actions[chosen]}"
             raise self.fail(
                 "no-action", message, move.action.span, env, f"it can: {', '.join(known)}"
             )
-        stays = self.world.actions[chosen] == "stay"
+        stays = self.world.actions[chosen] == STAY
         if move.fails and (name not in self.world.can_fail or stays):
             reason = "staying" if stays else f"a move of {name}"
             raise self.fail("turn", f"{reason} cannot fail", move.span, env, "leave out the `!`")

@@ -19,6 +19,9 @@ Settings = tuple[tuple[str, SettingValue], ...]
 """Settings with their values, sorted by name."""
 
 
+STAY = "stay"  # an action that moves nobody, and never fails
+
+
 @dataclass(frozen=True)
 class Latent:
     """Something hidden that viewers infer. `kind` is number, symbol or truth. A `forced` value is
@@ -248,6 +251,10 @@ class Vocabulary:
     @property
     def where(self) -> str:
         return f"{self.preposition} {self.world}"
+
+    def actions_of(self, who: str) -> tuple[str, ...]:
+        """The actions of a character, in its own order."""
+        return self.limited_to.get(who, self.actions)
 
     @cached_property
     def words(self) -> frozenset[str]:

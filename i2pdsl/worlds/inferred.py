@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from i2pdsl.errors import Diagnostic, StoryError, shorten
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import STAY, Vocabulary
 from i2pdsl.worlds.positions import OPTIONAL, Inferred, Positions
 from i2pdsl.worlds.record import Record, Trajectory
 
 if TYPE_CHECKING:
     from i2pdsl.worlds.kind import Kind
     from i2pdsl.worlds.world import World
-
-STAY = "stay"
 
 
 def inferred_turns(kind: Kind, world: World, table: Positions) -> Inferred:

@@ -18,7 +18,7 @@ from i2pdsl.language.naming import NAME, same_name
 from i2pdsl.language.parse import parse_expression
 from i2pdsl.language.scope import Env, Module
 from i2pdsl.language.statements import split_outside
-from i2pdsl.language.vocabulary import Vocabulary
+from i2pdsl.language.vocabulary import STAY, Vocabulary
 from i2pdsl.worlds.kind import refused
 from i2pdsl.worlds.record import Record, Trajectory, extended
 from i2pdsl.worlds.world import World
@@ -26,7 +26,6 @@ from i2pdsl.worlds.world import World
 _ACT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s*!?)\s*$")
 _EVENT = re.compile(rf"\s*(?P<who>{NAME})(?:\s*:\s*|\s+)(?P<what>{NAME}\s+at\b.*)$", re.DOTALL)
 _BEFORE = "script ++ "
-STAY = "stay"
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class WrittenTurn:
 def play(words: Vocabulary) -> Word:
     """What `play` is here: `play cheese west!`."""
     who = words.characters[0]
-    action = next(a for a in words.limited_to.get(who, words.actions)[::-1] if a != STAY)
+    action = next(a for a in words.actions_of(who)[::-1] if a != STAY)
     fails, several = bool(words.can_fail), len(words.characters) > 1
     told = ["`!`: the move fails"] * fails + ["who is not named stays"] * several
     return Word(
@@ -139,7 +138,7 @@ def options(words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
     if more:
         return []
     if who in words.characters:
-        actions = words.limited_to.get(who, words.actions)
+        actions = words.actions_of(who)
         found = [(a, "action") for a in actions]
         return found + [(f"{a}!", "action") for a in actions if a != STAY and who in words.can_fail]
     return [(f"{thing} at (", "object") for thing in words.events.get(who, ())]

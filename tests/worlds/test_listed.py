@@ -15,13 +15,13 @@ from alley_for_tests import ACTIONS, ALLEY, CELLS, Alley, AlleySpec
 from i2pdsl.errors import Source, StoryError
 from i2pdsl.language.scope import Module
 from i2pdsl.language.typed import Act
+from i2pdsl.language.vocabulary import STAY
 from i2pdsl.worlds.grid.policy import log_policy
 from i2pdsl.worlds.grid.world import GridWorld
 from i2pdsl.worlds.kind import Watch
 from i2pdsl.worlds.listed import build
 from i2pdsl.worlds.listed.kind import Picture
 from i2pdsl.worlds.listed.script import frames_as_json, kept_in_words
-from i2pdsl.worlds.listed.words import STAY
 from i2pdsl.worlds.listed.world import ListedTables, ListedWorld
 from i2pdsl.worlds.record import Record, Trajectory, empty, extended
 from i2pdsl.worlds.turns import columns

@@ -10,8 +10,6 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from i2pdsl.errors import Diagnostic, Source, error, whole_file
-from i2pdsl.language.forms import Word
-from i2pdsl.language.scope import Module
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Vocabulary
 from i2pdsl.worlds.beginnings import roles_among
@@ -24,7 +22,8 @@ from i2pdsl.worlds.grid.parse import parse_world
 from i2pdsl.worlds.grid.reach import goal_warnings
 from i2pdsl.worlds.grid.spec import GridSpec
 from i2pdsl.worlds.grid.vocabulary import grid_vocabulary
-from i2pdsl.worlds.kind import Approximation, DrawnMap, Imported, Kind, Prepared, Watch
+from i2pdsl.worlds.kind import Approximation, DrawnMap, Imported, Prepared, Watch
+from i2pdsl.worlds.kind_of_turns import KindOfTurns
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from i2pdsl.worlds.world import Viewer
 
 
-class GridKind(Kind):
+class GridKind(KindOfTurns):
     syntax = SYNTAX
     suggested = (1, 20)
     catalogued = ("kitchen",)
@@ -176,11 +175,9 @@ class GridKind(Kind):
         return GridReader(world, record).read()
 
     def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
-        """Those of what is done (worlds/turns.py), and the event."""
-        from i2pdsl.worlds.turns import columns
-
+        """Those of what is done, and the event."""
         events = [None, *(_event(frame.get("event")) for frame in record.frames)]
-        return {**columns(words, record), "event": (events, "string")}
+        return {**super().columns(words, record), "event": (events, "string")}
 
     def naive(
         self,
@@ -207,23 +204,6 @@ class GridKind(Kind):
         return not pairs or any(map(bool, touch))
 
     # By hand.
-
-    def play(self, words: Vocabulary) -> Word:
-        from i2pdsl.worlds.turns import play
-
-        return play(words)
-
-    def played(
-        self, world: GridWorld, module: Module, path: Trajectory, typed: str
-    ) -> tuple[Trajectory, str]:
-        from i2pdsl.worlds.turns import played
-
-        return played(world, module, path, typed)
-
-    def options(self, words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
-        from i2pdsl.worlds.turns import options
-
-        return options(words, before)
 
     def frame_in_words(self, world: GridWorld, path: Trajectory, frame: int) -> str:
         from i2pdsl.worlds.grid.script import turn_in_words

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from i2pdsl.errors import error, whole_file
-from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.listed.words import STAY, ListedSpec, actions_of
+from i2pdsl.language.vocabulary import STAY, Vocabulary
+from i2pdsl.worlds.listed.words import ListedSpec
 from i2pdsl.worlds.listed.world import ListedTables, ListedWorld, log_softmax
 from i2pdsl.worlds.world import Viewer, forgetting_of, log_priors, switching_of
 
@@ -25,7 +25,7 @@ def build_listed(kind: ListedKind[Any], spec: ListedSpec, viewers: Sequence[View
     """A world ready for its viewers. Raises StoryError where it has too many states."""
     words = kind.vocabulary(spec)
     pictures = _listed(kind, spec, words)
-    after = tuple(_after(kind, spec, who, pictures) for who in words.characters)
+    after = tuple(_after(kind, spec, words, who, pictures) for who in words.characters)
     cells = sorted(words.free, key=lambda cell: cell[::-1])
     numbers = {cell: number for number, cell in enumerate(cells)}
     minds = {viewer.spec: _minds(kind, viewer.spec, pictures) for viewer in viewers}
@@ -53,7 +53,7 @@ def build_listed(kind: ListedKind[Any], spec: ListedSpec, viewers: Sequence[View
 
 def _listed(kind: ListedKind[Any], spec: ListedSpec, words: Vocabulary) -> list[Picture]:
     """All states, if they are few enough."""
-    actions = sum(len(actions_of(words, who)) + 1 for who in words.characters)
+    actions = sum(len(words.actions_of(who)) + 1 for who in words.characters)
     most = MOST // (actions * len(words.hypotheses))
     pictures = list(islice(kind.states(spec), most + 1))
     if len(pictures) > most:
@@ -67,13 +67,17 @@ def _listed(kind: ListedKind[Any], spec: ListedSpec, words: Vocabulary) -> list[
 
 
 def _after(
-    kind: ListedKind[Any], spec: ListedSpec, who: str, pictures: Sequence[Picture]
+    kind: ListedKind[Any],
+    spec: ListedSpec,
+    words: Vocabulary,
+    who: str,
+    pictures: Sequence[Picture],
 ) -> np.ndarray:
     """The states that the actions of a character lead to, [S, A]."""
     numbers = {picture: number for number, picture in enumerate(pictures)}
     if len(numbers) < len(pictures):
         raise ValueError("two states look alike")
-    actions = actions_of(kind.vocabulary(spec), who)
+    actions = words.actions_of(who)
     ends = [[kind.step(spec, picture, who, a) for a in actions] for picture in pictures]
     unknown = {end for row in ends for end in row} - set(numbers)
     if unknown:
@@ -92,7 +96,7 @@ def _minds(
     words = kind.vocabulary(spec)
     rows, found = words.hypotheses, []
     for who in words.characters:
-        actions = actions_of(words, who)
+        actions = words.actions_of(who)
         likes = [
             [[kind.likes(spec, row, picture, who, a) for row in rows] for a in actions]
             for picture in pictures

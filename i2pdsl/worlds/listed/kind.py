@@ -4,21 +4,20 @@ from its states, its actions and what its characters like."""
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from i2pdsl.errors import Source, StoryError, first_of
-from i2pdsl.language.forms import Word
-from i2pdsl.language.scope import Module
 from i2pdsl.language.statements import check_text
 from i2pdsl.language.story import TypedStory
 from i2pdsl.language.vocabulary import Value, Vocabulary
 from i2pdsl.worlds.blocks import BlockReader, Syntax, header
 from i2pdsl.worlds.drawings import Files
-from i2pdsl.worlds.kind import Kind, Watch
-from i2pdsl.worlds.listed.words import RANGES, Cell, ListedSettings, ListedSpec, actions_of
+from i2pdsl.worlds.kind import Watch
+from i2pdsl.worlds.kind_of_turns import KindOfTurns
+from i2pdsl.worlds.listed.words import RANGES, Cell, ListedSettings, ListedSpec
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,7 +32,7 @@ Hypothesis = Mapping[str, Value]
 S = TypeVar("S", bound=ListedSpec)
 
 
-class ListedKind(Kind, Generic[S]):
+class ListedKind(KindOfTurns, Generic[S]):
     """A kind whose worlds have so few states that all are listed. Characters act one after the
     other, from cell to cell; everybody can `stay`, which changes nothing.
 
@@ -116,7 +115,7 @@ class ListedKind(Kind, Generic[S]):
         return {
             "states": len(list(self.states(spec))),
             "characters": [
-                {"name": who, "actions": list(actions_of(words, who))} for who in words.characters
+                {"name": who, "actions": list(words.actions_of(who))} for who in words.characters
             ],
             "objects": [{"name": thing} for thing in words.things],
             "tiles": [
@@ -129,7 +128,7 @@ class ListedKind(Kind, Generic[S]):
         words = self.vocabulary(spec)
         counts = len(words.free), len(list(self.states(spec))), len(words.hypotheses)
         told = ["{} cells, {} states, {} hypotheses".format(*map("{:,}".format, counts)), ""]
-        told += [f"character {c}: {', '.join(actions_of(words, c))}" for c in words.characters]
+        told += [f"character {c}: {', '.join(words.actions_of(c))}" for c in words.characters]
         return told + [f"object {thing}" for thing in words.things]
 
     def has_same_rules(self, one: S, other: S) -> bool:
@@ -169,11 +168,6 @@ class ListedKind(Kind, Generic[S]):
 
         return kept_in_words(world, path, first, last)
 
-    def columns(self, words: Vocabulary, record: Record) -> Mapping[str, tuple[list[Any], str]]:
-        from i2pdsl.worlds.turns import columns
-
-        return columns(words, record)
-
     def naive(
         self,
         world: ListedWorld,
@@ -198,23 +192,6 @@ class ListedKind(Kind, Generic[S]):
         return not pairs or any(map(bool, near))
 
     # By hand.
-
-    def play(self, words: Vocabulary) -> Word:
-        from i2pdsl.worlds.turns import play
-
-        return play(words)
-
-    def played(
-        self, world: ListedWorld, module: Module, path: Trajectory, typed: str
-    ) -> tuple[Trajectory, str]:
-        from i2pdsl.worlds.turns import played
-
-        return played(world, module, path, typed)
-
-    def options(self, words: Vocabulary, before: Sequence[str]) -> list[tuple[str, str]]:
-        from i2pdsl.worlds.turns import options
-
-        return options(words, before)
 
     def frame_in_words(self, world: ListedWorld, path: Trajectory, frame: int) -> str:
         from i2pdsl.worlds.listed.script import turn_in_words

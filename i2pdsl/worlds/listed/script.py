@@ -10,7 +10,7 @@ import numpy as np
 
 from i2pdsl.errors import did_you_mean, error, shorten, whole_file
 from i2pdsl.language.typed import Act
-from i2pdsl.worlds.listed.words import STAY, actions_of
+from i2pdsl.language.vocabulary import STAY
 from i2pdsl.worlds.listed.world import ListedWorld
 from i2pdsl.worlds.record import Record, Trajectory, empty, extended
 
@@ -41,7 +41,7 @@ def acts(world: ListedWorld, action: Any) -> dict[str, str]:
     """What each character does in a frame."""
     numbers = np.unravel_index(int(action), world.counts)
     pairs = zip(world.vocabulary.characters, numbers, strict=True)
-    return {who: actions_of(world.vocabulary, who)[number] for who, number in pairs}
+    return {who: world.vocabulary.actions_of(who)[number] for who, number in pairs}
 
 
 def turn_in_words(world: ListedWorld, action: Any) -> str:
@@ -158,7 +158,7 @@ class _Reader:
             self.wrong(where, "there are no events in this world")
         turn: list[Act] = []
         for who in self.words.characters:
-            entry, own = frame.get(who), actions_of(self.words, who)
+            entry, own = frame.get(who), self.words.actions_of(who)
             if not isinstance(entry, dict) or not isinstance(entry.get("moved"), bool):
                 example = f'"{who}": {{"action": "{STAY}", "moved": false}}'
                 self.wrong(where, f"what does `{who}` do?", example)

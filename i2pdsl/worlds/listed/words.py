@@ -10,7 +10,6 @@ from typing import Any, ClassVar, Self
 from i2pdsl.language.vocabulary import Latent, Predicate, Setting, Value, Vocabulary, Weights
 
 Cell = tuple[int, int]  # (column, row)
-STAY = "stay"  # an action that everybody has, and that moves nobody
 
 OF_CELLS = (
     Predicate("at", ("thing", "place"), "it stands on the place or cell"),
@@ -114,11 +113,6 @@ def listed_vocabulary(
         documentation=spec.documentation,
         shares={name: dict(weights) for name, weights in spec.shares},
     )
-
-
-def actions_of(words: Vocabulary, who: str) -> tuple[str, ...]:
-    """The actions of a character, in its own order."""
-    return words.limited_to.get(who, words.actions)
 
 
 def _setting(name: str, default: float) -> Setting:

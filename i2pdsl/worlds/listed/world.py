@@ -15,8 +15,7 @@ import numpy as np
 
 from i2pdsl.audience.filter import Switching
 from i2pdsl.language.typed import Act, Drop, Point, Turn
-from i2pdsl.language.vocabulary import Vocabulary
-from i2pdsl.worlds.listed.words import STAY, actions_of
+from i2pdsl.language.vocabulary import STAY, Vocabulary
 from i2pdsl.worlds.plain import PlainWorld
 from i2pdsl.worlds.world import Array, Branches, Part
 
@@ -159,7 +158,7 @@ class ListedWorld(PlainWorld):
         assert not isinstance(turn, Drop)  # there are no events
         for who, act in enumerate(turn):
             if act is not None:
-                own = actions_of(self.vocabulary, self.vocabulary.characters[who])
+                own = self.vocabulary.actions_of(self.vocabulary.characters[who])
                 yield own.index(self.vocabulary.actions[act.action]), who
 
     # What viewers expect.
@@ -243,7 +242,7 @@ class ListedWorld(PlainWorld):
         assert action is not None
         deed = self.deeds(tables, before, action)[one]
         if name == "idle":
-            own = actions_of(self.vocabulary, self.vocabulary.characters[one])
+            own = self.vocabulary.actions_of(self.vocabulary.characters[one])
             return deed.action == own.index(STAY)
         return cells[deed.before, one] != cells[deed.after, one]
 
